@@ -96,6 +96,7 @@ Parameters read_parameters(config::Section& root) {
 
   config::Section panel = root.section("panel");
   config::read_tunables(panel, "panel", tuning().tunables, p);
+  if (const char* wrong = check_panel(p)) panel.error("move_s", wrong);
 
   read_solver(root.section("solve"), p);
   tuning().derive(p);

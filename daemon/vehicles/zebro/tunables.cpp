@@ -75,6 +75,7 @@ void derive(P& p) { p.solver.current_limit_A = p.current_limit_A; }
 
 const char* check(const P& p) {
   if (const char* wrong = check_currents(p)) return wrong;
+  if (const char* wrong = check_panel(p)) return wrong;
   return gnc::zebro::check(p.locomotion);
 }
 
@@ -89,6 +90,14 @@ const char* check_currents(const Parameters& p) noexcept {
              ? nullptr
              : "the limit of all motors together must be 10 % below that of the Power sub-system, "
                "power_A";
+}
+
+// The gate would close.
+const char* check_panel(const Parameters& p) noexcept {
+  const double move_s = static_cast<double>(p.panel_move_ns) * 1e-9;
+  return p.panel_deployed_rad <= p.locomotion.swing_limit_rad_s * move_s
+             ? nullptr
+             : "the panel would turn faster than motion.swing_limit_deg_s: make move_s longer";
 }
 
 }  // namespace lss::zebro

@@ -12,5 +12,7 @@ const Tuning<Parameters>& tuning() noexcept;
 
 // nullptr, or what is wrong with the limits of current (Zebro thesis [P-Int-1]).
 const char* check_currents(const Parameters& parameters) noexcept;
+// nullptr, or what is wrong with the movements of the panel.
+const char* check_panel(const Parameters& parameters) noexcept;
 
 }  // namespace lss::zebro

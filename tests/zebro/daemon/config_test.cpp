@@ -62,6 +62,17 @@ TEST(ZebroConfig, TheSoftwareCurrentLimitStaysBelowTheHardwares_P_Int_1) {
   EXPECT_FALSE(kFile.load(kFile.altered("power_A = 8.0", "power_A = 6.0"), p));
 }
 
+TEST(ZebroConfig, APanelThatTurnsFasterThanALegMayIsRefused) {
+  Parameters p;
+  const auto config = kFile.load(kFile.altered("move_s = 10.0", "move_s = 1.0"), p);
+  EXPECT_TRUE(config) << config.error();
+  const std::string as_shipped =
+      "deployed_deg = 110.0  # position of the motor when deployed\nmove_s = 10.0";
+  const auto fast = kFile.load(kFile.altered(as_shipped, "deployed_deg = 300.0\nmove_s = 2.0"), p);
+  ASSERT_FALSE(fast);
+  EXPECT_NE(fast.error().find("make move_s longer"), std::string::npos) << fast.error();
+}
+
 // [S-Int-2]
 TEST(ZebroConfig, HipsAndCentreOfMassSayWithoutWhichLegsItWalks_S_Int_2) {
   Parameters p;

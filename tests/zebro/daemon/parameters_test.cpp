@@ -53,5 +53,16 @@ TEST(ZebroParameters, AGaitThatTurnsLegsTooFastIsRefused) {
   EXPECT_EQ(w.vehicle_.tunables().changes, 0U);
 }
 
+// The gate would stop everything at its first movement.
+TEST(ZebroParameters, APanelThatTurnsTooFastIsRefused) {
+  World w;
+  w.run(0.2);
+  EXPECT_EQ(w.set("panel.move_s", 1).phase, Phase::completed);  // 110 deg/s
+  EXPECT_EQ(w.set("panel.deployed_deg", 350).verdict.reason, Reason::parameter_together);
+  w.send(CommandKind::panel, {1});
+  ASSERT_TRUE(w.run_until([&] { return w.last(Phase::completed) != nullptr; }, 10));
+  EXPECT_EQ(w.state(), State::idle);
+}
+
 }  // namespace
 }  // namespace lss::zebro
