@@ -157,7 +157,9 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
   if (actions & (lc::kEmergencyStop | lc::kMotorsOff)) {
     drives_on_ = false;
     wanted_m_s_ = ramped_m_s_ = 0;
-    orders_.quick_stop = (actions & lc::kEmergencyStop) != 0;
+    // Only error solving ends it before the rover rests (control()).
+    const bool solves = (actions & (lc::kNextStrategy | lc::kEndSolve | lc::kIsolate)) != 0;
+    orders_.quick_stop = (actions & lc::kEmergencyStop) != 0 || (orders_.quick_stop && !solves);
     beacon_ = by_itself_ = orders_.beacon = false;
     if (actions & lc::kEmergencyStop) {
       make_safe(orders_, now_ns_);
@@ -189,7 +191,6 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
   if (actions & lc::kPublishData) data_requested_ = true;
   if (actions & kBeacon) {
     beacon_ = true;
-    orders_.quick_stop = false;
     reset_faults();  // of power that was missing while standing; other faults prevent the start
     started_ns_ = now_ns_;
     const SpeedLimit limit = arguments<Start>(*request).limit;
@@ -199,6 +200,7 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
   }
   if (actions & kMotorsOn) {
     drives_on_ = true;
+    orders_.quick_stop = false;
     ++orders_.serial;
   }
   if (actions & kHalt) wanted_m_s_ = 0;

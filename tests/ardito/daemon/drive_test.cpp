@@ -378,6 +378,38 @@ TEST(ArditoWheels, NothingIsShownBeforeItWasMeasured) {
   for (const double sunk_m : t.sunk_m) EXPECT_NEAR(sunk_m, 0, 0.002);
 }
 
+// Nothing but the friction of the gears would hold a rover that still rolls.
+TEST(Drive, NeitherAnotherResetNorAStartEndsTheBraking) {
+  for (const bool starts : {false, true}) {
+    World w;
+    ASSERT_TRUE(w.start_and_drive(0.3));
+    w.acks.clear();
+    const double rolls_rpm = w.wheel_rpm(0);
+    w.send(lss::CommandKind::reset, {-1});
+    w.step();
+    ASSERT_EQ(w.state(), State::idle);
+    w.rpm.fill(rolls_rpm);
+    starts ? w.send(lss::CommandKind::start, {0}) : w.send(lss::CommandKind::reset, {-1});
+    for (int i = 0; i < 5; ++i) {
+      w.step();
+      EXPECT_EQ(w.state(), starts ? State::operational : State::idle);
+      EXPECT_TRUE(w.all_stopped());
+      w.rpm.fill(rolls_rpm);
+    }
+    w.rpm.fill(0);
+    if (starts) {
+      ASSERT_TRUE(w.run_until([&] { return w.mode() == Mode::stopped; }, 10));
+    } else {
+      w.run(2);
+      EXPECT_FALSE(w.out_.command.quick_stop);
+      ASSERT_TRUE(w.start());
+    }
+    EXPECT_FALSE(w.out_.command.quick_stop);
+    w.run(0.5);
+    EXPECT_TRUE(w.drive_at(0.3));
+  }
+}
+
 // [Oper-2] The wheels are braked with power; once they are at rest motors are off.
 TEST(Drive, AResetOfTheControllerUnderWayEndsWithMotorsOff) {
   World w;
