@@ -101,13 +101,13 @@ class RecordingReader {
   std::uint64_t torn_bytes() const noexcept { return torn_bytes_; }
   // The contents of the last chunk of an ended file, without reading the others.
   bool last_words(RecordingEnd& end) const;
+  bool being_written() const;  // by a process that runs
 
  private:
   RecordingReader(File file, std::uint64_t size) : file_(std::move(file)), size_(size) {}
   tl::expected<void, std::string> read_header();
   bool next_chunk();
   bool read_chunk();
-  bool being_written() const;
   void classify();
   std::uint64_t file_size() const;
   std::uint64_t end_of_use() const;
@@ -127,8 +127,9 @@ class RecordingReader {
   std::string trouble_;
 };
 
-// Truncates a file that was not ended after its last complete chunk. Returns the torn bytes, 0 for
-// unused room only; an error when it cannot be read, is damaged or cannot be cut.
+// Truncates a file that was not ended after its last complete chunk, unless a process still writes
+// it. Returns the torn bytes, 0 for unused room only; an error when it cannot be read, is damaged
+// or cannot be cut.
 tl::expected<std::uint64_t, std::string> cut_recording(const std::filesystem::path& path);
 
 }  // namespace lss::record

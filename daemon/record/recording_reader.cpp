@@ -285,6 +285,7 @@ bool RecordingReader::last_words(RecordingEnd& end) const {
 tl::expected<std::uint64_t, std::string> cut_recording(const std::filesystem::path& path) {
   auto reader = RecordingReader::open(path);
   if (!reader) return tl::unexpected(reader.error());
+  if (reader->being_written()) return 0;  // by another daemon of this name and folder
   Item kind;
   std::span<const std::uint8_t> bytes;
   while (reader->next(kind, bytes)) {

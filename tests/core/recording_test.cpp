@@ -148,6 +148,23 @@ TEST_F(RecordingTest, WhereverItIsCutTheWholeChunksAreRead) {
   }
 }
 
+// Its daemon has the same folder and vehicle_id as the one that begins.
+TEST_F(RecordingTest, AFileThatIsBeingWrittenIsNotCut) {
+  constexpr std::uint64_t kRoom = 100'000;
+  RecordingWriter writer;
+  ASSERT_EQ(writer.begin(path(), {{"lss", "recording"}, {"vehicle", "v"}}, kRoom), 0);
+  writer.add_frame(record(1), 10);
+  ASSERT_EQ(writer.flush(), 0);
+  ASSERT_EQ(fs::file_size(path()), kRoom);
+  const auto cut = cut_recording(path());
+  ASSERT_TRUE(cut) << cut.error();
+  EXPECT_EQ(*cut, 0u);
+  EXPECT_EQ(fs::file_size(path()), kRoom) << "the next chunk would leave a hole before it";
+  writer.abandon();
+  ASSERT_TRUE(cut_recording(path()));
+  EXPECT_EQ(read().items.size(), 1u);
+}
+
 TEST_F(RecordingTest, ChunksThatAreMissingOrTwiceThereAreDamage) {
   const Bytes good = make(true);
   const auto at = [&](std::uint64_t offset) {
