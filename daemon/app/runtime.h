@@ -152,13 +152,9 @@ class Runtime final : public App {
     if (threads_.empty()) return;
     shut_down_ = true;
     // A flying vehicle lands first, within the time that the service manager allows.
-    const TimeNs landed = now_ns() + kLandingTime;
-    while (airborne_ && now_ns() < landed && !time_is_over())
-      sleep_until(now_ns() + config_.period_ns);
+    await_end(kLandingTime, [this] { return !airborne_; });
     const std::uint64_t last = engine_->frames() + kShutDownFrames;
-    const TimeNs until = now_ns() + kSecond;
-    while (engine_->frames() < last && now_ns() < until && !time_is_over())
-      sleep_until(now_ns() + config_.period_ns);
+    await_end(kSecond, [&] { return engine_->frames() >= last; });
     engine_->stop();
     buses_.stop();
     lockstep::leave();
@@ -183,8 +179,9 @@ class Runtime final : public App {
 
  private:
   static constexpr TimeNs kLandingTime = 25 * kSecond;  // less than TimeoutStopSec of the unit
-  static constexpr std::uint64_t kShutDownFrames =
-      10;  // for the safe command to reach every module
+  // For the safe command to reach every module.
+  static constexpr std::uint64_t kShutDownFrames = 10;
+  static constexpr TimeNs kStandstill = 3 * kSecond;  // of simulated time, by the machine's clock
 
   using Engine = FrameEngine<Frames, typename Vehicle::Command>;
 
@@ -200,8 +197,21 @@ class Runtime final : public App {
     return {};
   }
 
-  // Simulated time has ended.
-  static bool time_is_over() { return lockstep::on() && lockstep::over(); }
+  // Waits until then, at most for so long. Simulated time may have ended, or stand still: it waits
+  // for a client, or for another process.
+  template <class Done>
+  void await_end(TimeNs longest, Done done) {
+    const TimeNs until = now_ns() + longest;
+    TimeNs seen = now_ns(), moved = machine_ns();
+    while (!done() && now_ns() < until && !(lockstep::on() && lockstep::over())) {
+      if (const TimeNs now = now_ns(); now != seen) {
+        seen = now;
+        moved = machine_ns();
+      }
+      if (machine_ns() - moved > kStandstill) return;
+      sleep_until(seen + config_.period_ns);
+    }
+  }
 
   // Frame 1 begins 1 to 2 ms from now, on a whole millisecond of the monotonic clock. If a sensor
   // begins the frames, it begins after the sensor has had time to send.

@@ -224,6 +224,18 @@ class Together(Scenario):
         for module in self.wait_modules()["telemetry"]["modules"][:6]:
             self.assertTrue(module["flags"] & STOPPED_BY_WATCHDOG, module)
 
+    def test_a_daemon_ends_while_time_stands_still(self):
+        client_at_s = 3
+        self.start_sim("--client-at", str(client_at_s))
+        daemon = self.start_daemon(wait=False)
+        wait_until(lambda: self.simulated_s() > client_at_s - 0.3, 60, "time waits for a client that does not come")
+        time.sleep(1)  # of the wall clock: what is left until then
+        daemon.signal(signal.SIGTERM)
+        self.assertEqual(daemon.wait(12), 0)
+        names = [name for name in os.listdir(self.run_folder) if name.endswith(".lssrec")]
+        ended = [recording.read(os.path.join(self.run_folder, name))[2] for name in names]
+        self.assertEqual(ended, [True], "the recording is whole")
+
     def refused(self, *words):
         told = run([DAEMON, "--run-dir", self.run_folder, "--domain", str(self.domain), "--lockstep", *words],
                    self.environment(), BOOT_S)
