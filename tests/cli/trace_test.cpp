@@ -7,6 +7,7 @@
 #include "daemon/record/recording.h"
 #include "tests/cli/program_test.h"
 #include "tests/support/temp_folder.h"
+#include "tools/lss-cli/recording/mcap_writer.h"
 
 namespace lss::cli::test {
 namespace {
@@ -199,6 +200,23 @@ TEST_F(Certify, SaysWhatIsMissing) {
   fails({"--config", zebro, path_, "--seconds", "0"}, 2, "--seconds");
   fails({"--config", config("zebro", "[[realtime.thread]]\nname = 'frame'\npriority = 0\n"), path_},
         2, "thread frame is no real-time thread", "priority");
+}
+
+// --out before a list of recordings takes the first of them.
+TEST_F(Trace, NoOutputOverwritesARecording) {
+  write();
+  const std::string before = testing_support::content(path_);
+  const std::string topics = (folder_ / "a.mcap").string();
+  recording::McapWriter::create(topics, "lss-cli test").close();
+  const auto refused = [&](const std::vector<std::string>& words) {
+    const Ended ended = run(words);
+    EXPECT_EQ(ended.code, 2) << ended.err;
+    EXPECT_THAT(ended.err, HasSubstr(path_ + " is a recording"));
+    EXPECT_EQ(testing_support::content(path_), before);
+  };
+  refused({"timing", "trace", path_, "--out", path_});
+  refused({"timing", "certify", "--config", "none.toml", "--out", path_, topics});
+  refused({"report", topics, "--out", path_});
 }
 
 }  // namespace

@@ -67,6 +67,12 @@ bool is_flight(const std::string& path) {
   return begins_with(path, std::as_bytes(std::span(lss::record::kRecordingMagic)));
 }
 
+void refuse_recording(const std::string& out) {
+  if (!is_flight(out) && !is_recording(out)) return;
+  throw Failure(ExitCode::usage, out + " is a recording, which is not overwritten",
+                "name another file by --out");
+}
+
 RecordingReader Flight::open(const std::string& path) {
   auto reader = RecordingReader::open(path);
   if (reader) return std::move(*reader);

@@ -86,5 +86,7 @@ class Flight {
 };
 
 bool is_flight(const std::string& path);  // by its first bytes
+// For a file to be written: a Failure with ExitCode::usage when a recording is there, of any type.
+void refuse_recording(const std::string& out);
 
 }  // namespace lss::cli::recording

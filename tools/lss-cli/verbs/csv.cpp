@@ -23,6 +23,7 @@ Failure not_opened(const std::string& path) {
 
 // A file becomes another one when that is complete; a device or a link is written to.
 std::uint64_t to_file(const std::string& path, const Write& write) {
+  recording::refuse_recording(path);
   std::error_code ignored;
   const std::filesystem::file_type type = std::filesystem::symlink_status(path, ignored).type();
   const bool exists = type == std::filesystem::file_type::regular;

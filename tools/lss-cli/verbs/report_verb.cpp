@@ -55,6 +55,7 @@ ExitCode run_report(Context& context, const ReportWanted& wanted) {
   const std::string out = wanted.out.empty()
                               ? std::filesystem::path(wanted.path).stem().string() + ".html"
                               : wanted.out;
+  recording::refuse_recording(out);
   const auto recording = recording::open(wanted.path);
   const std::string html = page_of(*recording);
   write_file(html, out);

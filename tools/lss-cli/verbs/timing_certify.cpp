@@ -302,6 +302,7 @@ void complain_of_doubts(Context& context, const Bound& b, const config::Config& 
 }  // namespace
 
 ExitCode timing_certify(Context& context, const CertifyWanted& wanted) {
+  recording::refuse_recording(wanted.out);
   const config::Config config = read_strictly(wanted.config);
   if (wanted.recordings.empty()) {
     throw Failure(ExitCode::usage, "timing certify: of which frames is the longest counted?",
