@@ -3,6 +3,9 @@
 
 #include "tools/lss-cli/recording/flight.h"
 
+#include <sys/wait.h>
+
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -245,6 +248,14 @@ TEST_F(FlightLog, AnExportThatFailsLeavesTheFileOfBefore) {
   fs::create_symlink("/dev/null", link);
   EXPECT_EQ(run({"log", "export", path_, "--out", link.string()}).code, 0);
   EXPECT_TRUE(fs::is_symlink(link));
+}
+
+TEST_F(FlightLog, RowsThatAFullDiskDoesNotTakeAreAnError) {
+  write();
+  const std::string words = " log export --columns distance_m " + path_;
+  const int status = std::system(("'" LSS_CLI "'" + words + " > /dev/full 2> /dev/null").c_str());
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 6);
 }
 
 TEST_F(FlightLog, SignalsAreDrawnAndAReportIsOfTopics) {

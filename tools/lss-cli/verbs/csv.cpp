@@ -88,7 +88,11 @@ ExitCode export_rows(Context& context, const LogWanted& wanted, const char* of_w
                     "name a file by --out");
     }
     write(stdout);
-    std::fflush(stdout);
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+      throw Failure(ExitCode::failed,
+                    fmt::format("stdout does not take all {}: {}", of_what, std::strerror(errno)),
+                    "is the disk full?");
+    }
     return ExitCode::completed;
   }
   const std::uint64_t rows = to_file(wanted.out, write);
