@@ -3,6 +3,7 @@
 #include <random>
 
 #include "tests/cli/program_test.h"
+#include "tests/support/temp_folder.h"
 
 namespace lss::cli::test {
 namespace {
@@ -75,6 +76,23 @@ TEST_F(Several, ADaemonThatDoesNotSayItsNameIsCountedInFleet) {
   FakeDaemon second(domain(), Birth{.vehicle_id = "zebro-2", .late_by = std::chrono::hours(1)});
   const Ended ended = run({"--timeout", "1s", "--json", "fleet"});
   EXPECT_EQ(json::parse(ended.out)["without_status"], 1);
+}
+
+TEST_F(Several, AFileOfOneVehicleIsNotContinuedWithAnother) {
+  FakeDaemon first(domain(), "zebro-1"), second(domain(), "zebro-2");
+  const testing_support::TempFolder folder;
+  const std::string path = (folder / "a.mcap").string();
+  const auto record = [&](const char* vehicle) {
+    return run({"--vehicle", vehicle, "record", "--append", "--for", "200ms", "--out", path});
+  };
+  ASSERT_EQ(record("zebro-1").code, 0);
+  const Ended other = record("zebro-2");
+  EXPECT_EQ(other.code, 2);
+  EXPECT_THAT(other.err, HasSubstr("is of zebro-1, not of zebro-2"));
+  const json listed = json::parse(run({"--json", "log", "list", path}).out);
+  EXPECT_EQ(listed["whole"], true) << listed["complaint"];
+  EXPECT_EQ(listed["about"]["vehicle_id"], "zebro-1");
+  EXPECT_EQ(record("zebro-1").code, 0);
 }
 
 class TwoOfOneName : public ProgramTest {

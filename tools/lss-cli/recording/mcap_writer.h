@@ -43,6 +43,8 @@ class McapWriter {
   // Of the chunks that are in the file, those of earlier runs included.
   const ChannelSpan& span(std::uint16_t channel) { return scan_.spans[channel]; }
   const Span& all() const { return scan_.all; }
+  // Of the file so far, that of earlier runs included.
+  const std::vector<MetadataAt>& all_metadata() const { return scan_.metadata; }
   std::uint64_t cut() const { return cut_; }  // bytes that append() had to remove
 
  private:

@@ -57,6 +57,16 @@ void check_topics(const RecordWanted& wanted) {
   }
 }
 
+// The channels of a file are of one vehicle.
+void check_vehicle(const McapWriter& writer, const std::string& path, const std::string& id) {
+  for (const recording::MetadataAt& metadata : writer.all_metadata()) {
+    const auto known = metadata.values.find("vehicle_id");
+    if (known == metadata.values.end() || known->second == id) continue;
+    throw Failure(ExitCode::usage, fmt::format("{} is of {}, not of {}", path, known->second, id),
+                  "name another file: --out FILE");
+  }
+}
+
 End loop(Context& context, Recorder& recorder, const McapWriter& writer,
          const RecordWanted& wanted) {
   Link& link = context.session().link();
@@ -158,6 +168,7 @@ ExitCode record(Context& context, const RecordWanted& wanted) {
   End end = End::time;
   std::optional<Recorder> recorder;
   try {
+    check_vehicle(writer, path, id);
     writer.metadata(std::string(recording::kMetadata),
                     {{"vehicle", std::string(link.vehicle().name)},
                      {"vehicle_id", id},
