@@ -245,6 +245,9 @@ TEST_F(RecordingTest, OneThatIsThereForeignOrBeingWrittenIsRefused) {
   put_content(foreign);
   EXPECT_THROW(McapWriter::append(path_, "lss-cli test"), Failure);
   EXPECT_EQ(content(path_), foreign) << "untouched";
+  put_content("my notes");  // shorter than a header
+  EXPECT_THROW(McapWriter::append(path_, "lss-cli test"), Failure);
+  EXPECT_EQ(content(path_), "my notes");
   put_content("no recording at all");
   EXPECT_THROW(open(path_), Failure);
 }

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <utility>
@@ -79,6 +80,10 @@ McapWriter McapWriter::create(const std::string& path, const std::string& librar
 McapWriter McapWriter::append(const std::string& path, const std::string& library,
                               const std::string& profile) {
   McapWriter writer(path, open_file(path, O_CREAT));
+  std::array<char, kMagic.size()> begin{};
+  const ssize_t got = pread(writer.file_.get(), begin.data(), begin.size(), 0);
+  if (got > 0 && !kMagic.starts_with({begin.data(), static_cast<std::size_t>(got)}))
+    throw Failure(ExitCode::usage, path + " is no MCAP file", "name another file: --out FILE");
   // A file shorter than a header is empty.
   if (lseek(writer.file_.get(), 0, SEEK_END) <= static_cast<off_t>(kMagic.size() + kRecordHead)) {
     if (ftruncate(writer.file_.get(), 0) != 0 || lseek(writer.file_.get(), 0, SEEK_SET) != 0)
