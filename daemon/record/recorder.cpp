@@ -112,6 +112,7 @@ void Recorder::note_dropped(std::uint64_t dropped) {
 void Recorder::turn(TimeNs now) {
   if (!file_.is_open()) return;
   if (file_.removed()) {  // writing to it is useless
+    lost_ += file_.pending_frames();
     file_.abandon();
     wants_state_ = true;
     return;

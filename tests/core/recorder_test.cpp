@@ -225,7 +225,10 @@ TEST_F(RecorderTest, AFileThatSomebodyRemovedIsFollowedByAnother) {
   for (int i = 0; i < 5; ++i) frame(*recorder);
   recorder->end();
   ASSERT_EQ(folder_.files().size(), 1u);
-  EXPECT_EQ(read(folder_.files()[0]).kinds.front(), Item::state);
+  const Read file = read(folder_.files()[0]);
+  EXPECT_EQ(file.kinds.front(), Item::state);
+  EXPECT_EQ(file.frames() + file.header["lost_before"].get<std::uint64_t>(), 5u)
+      << "every frame since then is there or counted";
 }
 
 }  // namespace
