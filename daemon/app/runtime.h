@@ -152,9 +152,9 @@ class Runtime final : public App {
     if (threads_.empty()) return;
     shut_down_ = true;
     // A flying vehicle lands first, within the time that the service manager allows.
-    await_end(kLandingTime, [this] { return !airborne_; });
+    await(now_ns() + kLandingTime, config_.period_ns, [this] { return !airborne_; });
     const std::uint64_t last = engine_->frames() + kShutDownFrames;
-    await_end(kSecond, [&] { return engine_->frames() >= last; });
+    await(now_ns() + kSecond, config_.period_ns, [&] { return engine_->frames() >= last; });
     engine_->stop();
     buses_.stop();
     lockstep::leave();
@@ -188,20 +188,17 @@ class Runtime final : public App {
   // The daemon is READY when frames run: the first frame gives the safe command to the buses.
   tl::expected<void, std::string> await_frames() {
     const TimeNs until = now_ns() + 5 * kSecond;
-    while (engine_->frames() == 0) {
-      if (now_ns() > until)
-        return tl::unexpected(std::string(
-            "the frame thread does not run: check the CPU numbers and priorities in [realtime]"));
-      sleep_until(now_ns() + kMillisecond / 4);
-    }
+    await(until, kMillisecond / 4, [this] { return engine_->frames() != 0; });
+    if (engine_->frames() == 0 && now_ns() >= until)
+      return tl::unexpected(std::string(
+          "the frame thread does not run: check the CPU numbers and priorities in [realtime]"));
     return {};
   }
 
-  // Waits until then, at most for so long. Simulated time may have ended, or stand still: it waits
-  // for a client, or for another process.
+  // Looks every `step`. Simulated time may have ended, or stand still: it waits for a client, or
+  // for another process.
   template <class Done>
-  void await_end(TimeNs longest, Done done) {
-    const TimeNs until = now_ns() + longest;
+  static void await(TimeNs until, TimeNs step, Done done) {
     TimeNs seen = now_ns(), moved = machine_ns();
     while (!done() && now_ns() < until && !(lockstep::on() && lockstep::over())) {
       if (const TimeNs now = now_ns(); now != seen) {
@@ -209,7 +206,7 @@ class Runtime final : public App {
         moved = machine_ns();
       }
       if (machine_ns() - moved > kStandstill) return;
-      sleep_until(seen + config_.period_ns);
+      sleep_until(seen + step);
     }
   }
 

@@ -224,7 +224,7 @@ class Together(Scenario):
         for module in self.wait_modules()["telemetry"]["modules"][:6]:
             self.assertTrue(module["flags"] & STOPPED_BY_WATCHDOG, module)
 
-    def test_a_daemon_ends_while_time_stands_still(self):
+    def test_a_daemon_begins_and_ends_while_time_stands_still(self):
         client_at_s = 3
         self.start_sim("--client-at", str(client_at_s))
         daemon = self.start_daemon(wait=False)
@@ -235,6 +235,10 @@ class Together(Scenario):
         names = [name for name in os.listdir(self.run_folder) if name.endswith(".lssrec")]
         ended = [recording.read(os.path.join(self.run_folder, name))[2] for name in names]
         self.assertEqual(ended, [True], "the recording is whole")
+        again = self.start_daemon(wait=False)
+        self.wait_for_text(again, " ready: ", 20, again.err_path)
+        again.signal(signal.SIGTERM)
+        self.assertEqual(again.wait(12), 0)
 
     def refused(self, *words):
         told = run([DAEMON, "--run-dir", self.run_folder, "--domain", str(self.domain), "--lockstep", *words],
