@@ -286,6 +286,10 @@ TEST_F(RecordingTest, PartsOfAFileAreCopiedByTopicAndTime) {
   EXPECT_EQ(frames(part), numbers(5, 11));
   filter.topics = {"telemtry"};
   EXPECT_THROW(open(path_)->copy(filter, part), Failure);
+  EXPECT_EQ(frames(part), numbers(5, 11)) << "what was there stays";
+  const std::string other = (folder_ / "other.mcap").string();
+  EXPECT_THROW(open(path_)->copy(filter, other), Failure);
+  EXPECT_FALSE(fs::exists(other)) << "the next try would find it there";
 }
 
 TEST(Names, OfTopicsAndColumns) {

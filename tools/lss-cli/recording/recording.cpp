@@ -51,6 +51,17 @@ class McapRecording : public Recording {
 
   std::uint64_t copy(const Filter& filter, const std::string& path) const override {
     McapWriter writer = McapWriter::create(path, scan_.library);
+    try {
+      return copy_into(writer, filter);
+    } catch (...) {  // or the next try finds it there
+      std::error_code ignored;
+      std::filesystem::remove(path, ignored);
+      throw;
+    }
+  }
+
+ private:
+  std::uint64_t copy_into(McapWriter& writer, const Filter& filter) const {
     for (const MetadataAt& metadata : scan_.metadata)
       writer.metadata(metadata.name, metadata.values);
     std::map<std::uint16_t, std::uint16_t> ids;
@@ -72,7 +83,6 @@ class McapRecording : public Recording {
     return writer.all().messages;
   }
 
- private:
   void each_raw(const Filter& filter,
                 const std::function<void(const RawMessage&, const Topic&)>& take) const {
     const std::vector<const Topic*> list = select(*this, filter);
