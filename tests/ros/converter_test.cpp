@@ -109,6 +109,39 @@ TEST(Converter, zebro_walks_an_arc_to_the_right) {
             "zebro_1/map");
 }
 
+// Both count from zero again at each start, and after a restart of the daemon.
+TEST(Converter, odometry_goes_on_over_a_start_of_the_vehicle) {
+  struct Case {
+    const char *vehicle, *way, *topic;
+  };
+  for (const Case& c :
+       {Case{"zebro", "distance_m", "/zebro_1/odom"}, Case{"ardito", "x_m", "/ardito_1/odom"}}) {
+    SCOPED_TRACE(c.vehicle);
+    Heard heard(c.vehicle);
+    heard.begin();
+    Sample sample(c.vehicle);
+    const auto at = [&](double way_m, double clockwise_rad) {
+      sample.set({{c.way, way_m}, {"yaw_rad", clockwise_rad}});
+      heard.converter.telemetry(sample.cdr());
+      return heard.get<nav_msgs::Odometry>(c.topic).pose.pose;
+    };
+    at(0, 0);
+    at(2, 0);
+    at(2, kQuarterTurn_rad);  // it turns to the right where it stands
+    for (int start = 0; start < 2; ++start) {
+      const geometry_msgs::Pose pose = at(0, 0);
+      EXPECT_NEAR(pose.position.x, 2, 1e-12);
+      EXPECT_NEAR(pose.position.y, 0, 1e-12);
+      EXPECT_NEAR(pose.orientation.z, -std::sqrt(0.5), 1e-12);
+    }
+    const geometry_msgs::Pose pose = at(1, 0);
+    EXPECT_NEAR(pose.position.x, 2, 1e-12);
+    EXPECT_NEAR(pose.position.y, -1, 1e-12) << "ahead is to the right now";
+    const auto& frame = heard.get<tf2_msgs::TFMessage>("/tf").transforms.at(0);
+    EXPECT_NEAR(frame.transform.translation.y, -1, 1e-12);
+  }
+}
+
 TEST(Converter, ardito_drives_to_its_right) {
   Heard heard("ardito");
   heard.begin();

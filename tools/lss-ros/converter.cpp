@@ -77,14 +77,34 @@ std::int64_t Fields::time_ns() const {
 }
 
 void Odometer::add(double way_m, double anticlockwise_rad) {
-  if (std::isnan(way_m) || std::isnan(anticlockwise_rad)) return;
-  if (way_m_) {
-    const double course_rad = (yaw_rad_ + anticlockwise_rad) / 2;
-    x_m_ += (way_m - *way_m_) * std::cos(course_rad);
-    y_m_ += (way_m - *way_m_) * std::sin(course_rad);
+  double x_m = own_.x_m, y_m = own_.y_m;
+  if (way_m == 0 && anticlockwise_rad == 0) {
+    x_m = y_m = 0;
+  } else if (way_m_) {
+    const double course_rad = (own_.yaw_rad + anticlockwise_rad) / 2;
+    x_m += (way_m - *way_m_) * std::cos(course_rad);
+    y_m += (way_m - *way_m_) * std::sin(course_rad);
   }
+  if (std::isnan(x_m + y_m + way_m + anticlockwise_rad)) return;
   way_m_ = way_m;
-  yaw_rad_ = anticlockwise_rad;
+  set(x_m, y_m, anticlockwise_rad);
+}
+
+void Odometer::set(double x_m, double y_m, double anticlockwise_rad) {
+  if (std::isnan(x_m + y_m + anticlockwise_rad)) return;
+  if (x_m == 0 && y_m == 0 && anticlockwise_rad == 0) start_ = place();
+  own_ = {x_m, y_m, anticlockwise_rad};
+}
+
+Odometer::Place Odometer::place() const {
+  const double cosine = std::cos(start_.yaw_rad), sine = std::sin(start_.yaw_rad);
+  return {start_.x_m + cosine * own_.x_m - sine * own_.y_m,
+          start_.y_m + sine * own_.x_m + cosine * own_.y_m, start_.yaw_rad + own_.yaw_rad};
+}
+
+geometry_msgs::Pose Odometer::pose() const {
+  const Place at = place();
+  return {{at.x_m, at.y_m, 0}, yawed(at.yaw_rad)};
 }
 
 const Face* find_face(std::string_view vehicle) {

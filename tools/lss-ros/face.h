@@ -39,16 +39,24 @@ class Fields {
   std::span<const std::byte> cdr_;
 };
 
-// Dead reckoning from a way along the body and a yaw angle, both since some start.
+// The place of base_link in odom. Vehicles count from zero at each start, of the vehicle and of its
+// daemon; the odometer goes on from where it is.
 class Odometer {
  public:
+  // By a way along the body and a yaw angle.
   void add(double way_m, double anticlockwise_rad);
-  double x_m() const { return x_m_; }
-  double y_m() const { return y_m_; }
+  // By a place and a yaw angle.
+  void set(double x_m, double y_m, double anticlockwise_rad);
+  geometry_msgs::Pose pose() const;
 
  private:
+  struct Place {
+    double x_m = 0, y_m = 0, yaw_rad = 0;
+  };
+  Place place() const;
+
   std::optional<double> way_m_;
-  double yaw_rad_ = 0, x_m_ = 0, y_m_ = 0;
+  Place start_, own_;  // own: since the vehicle's start, which is at `start_`
 };
 
 struct Joint {

@@ -48,11 +48,12 @@ Model model() {
   return model;
 }
 
-void read(const Fields& fields, Odometer&, Motion& motion) {
+void read(const Fields& fields, Odometer& odometer, Motion& motion) {
   const double course_rad = anticlockwise(fields("measured_rad"));
   const double yaw_rad = anticlockwise(fields("yaw_rad"));
   const double rate_rad_s = anticlockwise(fields("imu_yaw_rate_rad_s"));
-  motion.pose = {{fields("x_m"), fields("y_m"), 0}, yawed(yaw_rad)};
+  odometer.set(fields("x_m"), fields("y_m"), yaw_rad);
+  motion.pose = odometer.pose();
   motion.twist.linear = {fields("ground_m_s") * std::cos(course_rad),
                          fields("ground_m_s") * std::sin(course_rad), 0};
   motion.twist.angular.z = std::isnan(rate_rad_s) ? 0 : rate_rad_s;

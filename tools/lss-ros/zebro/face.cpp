@@ -43,9 +43,8 @@ Model model() {
 }
 
 void read(const Fields& fields, Odometer& odometer, Motion& motion) {
-  const double yaw_rad = anticlockwise(fields("yaw_rad"));
-  odometer.add(fields("distance_m"), yaw_rad);
-  motion.pose = {{odometer.x_m(), odometer.y_m(), 0}, yawed(yaw_rad)};
+  odometer.add(fields("distance_m"), anticlockwise(fields("yaw_rad")));
+  motion.pose = odometer.pose();
   motion.twist.linear.x = fields("speed_m_s");
 }
 
