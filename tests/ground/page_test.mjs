@@ -80,7 +80,7 @@ const flight = (id) => ({type: "telemetry", id, telemetry: {program: "hop", phas
 // Lunar Zebro runs, Ardito is silent for ten minutes and comes first in the list.
 const kTwo = {opening: [vehicle("ardito-1", "ardito"), status("ardito-1", {alive: false}), vehicle("zebro-1", "zebro"), status("zebro-1")],
   crafts: {"ardito-1": {age_ms: 610_000}, "zebro-1": {age_ms: 0}}};
-const kFlying = {opening: [vehicle("talaris-1", "talaris"), status("talaris-1", {airborne: true, mode: "Guided", progress: "hop, traverse: 6.2 of 30.0 m", authority: "ground:0123456789abcdef01234567"}), flight("talaris-1"), vehicle("zebro-1", "zebro"), status("zebro-1")],
+const kFlying = {opening: [{...vehicle("talaris-1", "talaris"), commands: [...kCommands, {...kCommands[1], kind: 313, name: "land"}]}, status("talaris-1", {airborne: true, mode: "Guided", progress: "hop, traverse: 6.2 of 30.0 m", authority: "ground:0123456789abcdef01234567"}), flight("talaris-1"), vehicle("zebro-1", "zebro"), status("zebro-1")],
   crafts: {"talaris-1": {age_ms: 0}, "zebro-1": {age_ms: 0}}};
 
 let page;
@@ -810,6 +810,14 @@ const tests = {
     await says("#estop-text", "talaris-1 · space bar · FALLS");
     await is("document.querySelector('#fall').hidden");
     await fits();
+    await page.keyboard.press("Space");
+    assert.deepEqual(await stops(), [{type: "stop", id: 1, vehicle: "talaris-1"}]);
+  },
+
+  async a_flyer_without_a_command_to_land_is_stopped() {
+    await open({...kFlying, opening: [vehicle("talaris-1", "talaris"), ...kFlying.opening.slice(1)]});
+    await says("#estop-text", "talaris-1 · space bar · FALLS");
+    await is("document.querySelector('#fall').hidden");
     await page.keyboard.press("Space");
     assert.deepEqual(await stops(), [{type: "stop", id: 1, vehicle: "talaris-1"}]);
   },

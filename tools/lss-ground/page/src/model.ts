@@ -93,8 +93,10 @@ export class Vehicle {
     return this.links.status_age_ms === null ? null : this.links.status_age_ms + performance.now() - this.links_ms;
   }
   get living() { return this.links.alive && (this.silent_ms ?? Infinity) < kStale_ms; }
-  // The daemon would land this vehicle at a press of STOP.
-  get lands() { return Boolean(this.status?.airborne) && this.status?.stop_in_flight === "lands"; }
+  // A press of STOP would land this vehicle: without a command for it, everything goes off.
+  get lands() {
+    return Boolean(this.status?.airborne) && this.status?.stop_in_flight === "lands" && this.commands.some((c) => c.name === "land");
+  }
 
   addEvent(event: Json) {
     // A restarted daemon counts from 1.
