@@ -209,7 +209,7 @@ const tests = {
   },
 
   async a_stop_is_not_over_before_it_is_completed() {
-    await openStill("space bar");
+    await openStill("zebro-1 · space bar");
     await page.click("#estop");
     assert.deepEqual(await stops(), [{type: "stop", id: 1, vehicle: "zebro-1"}]);
     const busy = {vehicle: "zebro-1", phase: "rejected", reason: {text: "request queue is full", name: "busy"}};
@@ -244,7 +244,7 @@ const tests = {
 
   async a_stop_that_nobody_acknowledges_says_whether_the_vehicle_stopped() {
     await open(kTwo);
-    await says("#estop-text", "space bar");
+    await says("#estop-text", "zebro-1 · space bar");  // before, STOP is for every vehicle
     await page.keyboard.press("Space");
     await says("#answers", "NOT ACKNOWLEDGED. Cut the power. It is sent on.");  // the gateway says nothing
     await time(false);
@@ -254,7 +254,7 @@ const tests = {
   },
 
   async a_stop_without_a_connection_leaves_when_there_is_one() {
-    await openStill("space bar");
+    await openStill("zebro-1 · space bar");
     await page.evaluate(() => {
       gateway.open = false;
       for (const socket of Object.values(gateway.sockets)) { socket.readyState = 3; socket.onclose?.({reason: ""}); }
