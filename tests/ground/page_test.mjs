@@ -339,6 +339,9 @@ const tests = {
     await page.click("#choose summary");
     assert.deepEqual(await texts("#choose label"), [" lifted", " left", " braked", " left drum turned", " right drum turned", " place 1", " left drum online", " right drum online"]);
     assert.deepEqual(await page.$$eval("#choose input", (all) => all.map((one) => one.checked)), [true, true, false, true, true, false, false, false]);
+    // Its next version has the same commands and other measurements.
+    await say({...crane, fields: [...crane.fields, {name: "wind_m_s", label: "wind", type: "f8", unit: "m/s"}]});
+    await is("[...document.querySelectorAll('#choose label')].some((one) => one.textContent === ' wind')");
     assert.deepEqual(page.errors, []);
   },
 

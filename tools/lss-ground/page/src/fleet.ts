@@ -24,8 +24,8 @@ export class Fleet {
   add(message: Json) {
     const before = this.vehicles.get(message.id);
     const same = (a: unknown, b: unknown) => JSON.stringify(a) === JSON.stringify(b);
-    if (before && before.kind === message.vehicle && same(before.commands, message.commands)) return;
-    const vehicle = new Vehicle(message.id, message);
+    const vehicle = new Vehicle(message.id, message), parts = ["kind", "commands", "subjects", "scripts", "fields", "presentation"] as const;
+    if (before && parts.every((part) => same(before[part], vehicle[part]))) return;
     this.vehicles.set(vehicle.id, vehicle);
     if (this.chosen?.id === vehicle.id) this.choose(vehicle);
   }
