@@ -55,10 +55,10 @@ class Driver {
   std::string source_;
   std::optional<cli::Invocation> wanted_;
   std::optional<Sent> sent_;
-  bool resting_ = false;      // wanted: standstill
-  bool operational_ = false;  // at the last step
-  bool stopped_ = false;      // by others: not again before a pause
-  std::int64_t settled_ns_ = 0;
+  bool resting_ = false;                         // wanted: standstill
+  bool operational_ = false;                     // at the last step
+  bool stopped_ = false;                         // by others: not again before a pause
+  std::int64_t settled_ns_ = 0, daemon_ns_ = 0;  // daemon_ns_: its start, UTC
   Time heard_{}, not_before_{}, refused_at_{};
   std::string trouble_;
 };

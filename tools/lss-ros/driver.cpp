@@ -78,6 +78,9 @@ void Driver::step(const lss_Status& status) {
   const bool operational = status.state == lss_STATE_OPERATIONAL;
   if (operational_ && !operational && wanted_) stopped_ = true;
   operational_ = operational;
+  // A daemon that started since knows nothing of what was sent, and its clock may be behind.
+  if (status.instance.started_utc_ns != daemon_ns_) settled_ns_ = 0, sent_.reset();
+  daemon_ns_ = status.instance.started_utc_ns;
   if (is_silent()) wanted_.reset(), sent_.reset();
   if (!wanted_ || status.time_ns < settled_ns_) return;
   if (stopped_ && starts_ && !operational) {
