@@ -9,6 +9,7 @@
 
 #include <functional>
 #include <memory>
+#include <set>
 #include <vector>
 
 #include "idl/codes.h"
@@ -550,6 +551,31 @@ TEST_F(ClientRegistryTest, InventedNamesDoNotHideTheVehicleNorDropThePage) {
   EXPECT_LE(said(page, "vehicle").size(), Places::kMost + 3);
   ASSERT_TRUE(until([&] { return !said(page, "pulse").empty(); }));
   EXPECT_EQ(said(page, "pulse").back()["crowded"], true);
+}
+
+TEST_F(ClientRegistryTest, APageIsToldOfAFleetThatIsLargerThanItsOutbox) {
+  constexpr std::size_t kVehicles = 100, kEach = 60'000;
+  static_assert(kVehicles * kEach > Outbox::kBytes);
+  Talker daemons(domain_);
+  json field, dictionary = json::parse(dictionary_of("hover"));
+  field["name"] = std::string(kEach, 'x');
+  dictionary["telemetry"]["fields"].push_back(field);
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < kVehicles; ++i) names.push_back("hover-" + std::to_string(i));
+  for (const std::string& name : names) daemons.describe(name, dictionary.dump());
+  ASSERT_TRUE(until([&] {
+    for (const std::string& name : names) daemons.say(name, {}, "hover");
+    return fleet().size() == kVehicles;
+  }));
+  Client& page = client(Client::Line::data);
+  EXPECT_TRUE(until([&] {
+    std::set<std::string> told;
+    for (const json& m : said_[&page]) {
+      if (m["type"] == "vehicle") told.insert(m["id"].get<std::string>());
+    }
+    return told.size() == kVehicles || page.doomed;
+  }));
+  EXPECT_FALSE(page.doomed) << page.why;
 }
 
 TEST_F(ClientRegistryTest, AStatusTellsTwoDaemonsOfOneNameAndWhetherItFlies) {

@@ -366,6 +366,7 @@ void ClientRegistry::tick() {
     fleet_.forget();
   }
   for (auto& [number, client] : clients_) {
+    tell_more(client);
     if (client.role == Role::none && now - client.since > kHello)
       doom(client, "did not say who it is");
     if (!client.doomed && client.outbox.stalled(now)) {

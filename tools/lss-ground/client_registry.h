@@ -61,6 +61,7 @@ struct Client {
   bool doomed = false;            // to be closed, with the reason
   std::string why;
   Clock::time_point doomed_at{};
+  std::deque<std::string> untold{};  // vehicles that it was not told of yet
   // Of foxglove:
   std::string only;                                      // the vehicle to show; empty: all
   std::map<std::uint32_t, std::uint32_t> subscriptions;  // by channel
@@ -145,6 +146,7 @@ class ClientRegistry {
   void tell_newest(Client& client, const std::string& key, const FramePtr& frame);
   void tell_everybody(const std::string& key, const nlohmann::json& document);
   void tell_everything(Client& client);
+  void tell_more(Client& client);
   nlohmann::json describe(const Craft& craft) const;
   nlohmann::json status(const Craft& craft) const;
   nlohmann::json parameters(const Craft& craft) const;

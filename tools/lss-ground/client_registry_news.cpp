@@ -101,16 +101,29 @@ json ClientRegistry::parameters(const Craft& craft) const {
   return document;
 }
 
+// Its heartbeat is for what it drives from now on, whatever it was told.
 void ClientRegistry::tell_everything(Client& client) {
   for (const auto& [id, craft] : fleet_.crafts()) {
-    tell(client, describe(craft));
-    if (craft.parameters.count > 0) tell(client, parameters(craft));
-    tell(client, status(craft));
-    json list = json::array();
-    for (const lss_Event& event : craft.events) list.push_back(cli::event_json(*craft.kind, event));
-    tell(client, {{"type", "events"}, {"id", craft.id}, {"events", std::move(list)}});
+    client.untold.push_back(id);
     if (cli::text(craft.status.authority) == client.source && client.role >= Role::command)
       client.driven.insert(id);
+  }
+  tell_more(client);
+}
+
+// All of a large fleet at once would not fit into the outbox.
+void ClientRegistry::tell_more(Client& client) {
+  while (!client.untold.empty() && client.outbox.roomy() && !client.doomed) {
+    const Craft* craft = fleet_.find(client.untold.front());
+    client.untold.pop_front();
+    if (craft == nullptr) continue;
+    tell(client, describe(*craft));
+    if (craft->parameters.count > 0) tell(client, parameters(*craft));
+    tell(client, status(*craft));
+    json list = json::array();
+    for (const lss_Event& event : craft->events)
+      list.push_back(cli::event_json(*craft->kind, event));
+    tell(client, {{"type", "events"}, {"id", craft->id}, {"events", std::move(list)}});
   }
 }
 

@@ -44,6 +44,8 @@ class Outbox {
   bool push_newest(const std::string& key, FramePtr frame, Clock::time_point now);
 
   bool empty() const { return items_.empty(); }
+  // For what can wait: all of a vehicle fits besides.
+  bool roomy() const { return items_.size() < kDepth / 4 && bytes_ < kBytes / 4; }
   FramePtr pop(Clock::time_point now);
   // Messages wait, and the client has read none for too long.
   bool stalled(Clock::time_point now) const { return !empty() && now - moved_ > kPatience; }
