@@ -53,12 +53,14 @@ and a robot in rigid-body physics behind them.")
 set(CPACK_DEBIAN_LSS-GROUND_PACKAGE_NAME lss-ground)
 set(CPACK_DEBIAN_LSS-GROUND_PACKAGE_DEPENDS "")
 set(CPACK_DEBIAN_LSS-GROUND_PACKAGE_SUGGESTS lssd)
+set(CPACK_DEBIAN_LSS-GROUND_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/systemd/lss-ground/prerm)
 set(CPACK_DEBIAN_LSS-GROUND_DESCRIPTION "lss-ground: watch, command and stop the vehicles of lssd from a browser.
 A gateway between DDS and WebSocket, and the page that it hands out.")
 
 set(CPACK_DEBIAN_LSS-ROS_PACKAGE_NAME lss-ros)
 set(CPACK_DEBIAN_LSS-ROS_PACKAGE_DEPENDS "")
 set(CPACK_DEBIAN_LSS-ROS_PACKAGE_SUGGESTS lssd)
+set(CPACK_DEBIAN_LSS-ROS_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/systemd/lss-ros/prerm)
 set(CPACK_DEBIAN_LSS-ROS_DESCRIPTION "lss-ros: a vehicle of lssd as a ROS 2 node.
 It publishes motion, joints, frames and diagnostics, and drives by cmd_vel; no ROS installation is needed.")
 
