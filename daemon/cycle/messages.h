@@ -83,6 +83,10 @@ constexpr std::uint16_t kind_of(Kind kind) noexcept {
   return static_cast<std::uint16_t>(kind);
 }
 
+inline bool is_emergency_stop(const Request& request) noexcept {
+  return request.kind == kind_of(CommandKind::emergency_stop);
+}
+
 // Result of the guards: the guard that rejects the command, measured value, limit. Reason::none:
 // the command is accepted.
 struct Verdict {

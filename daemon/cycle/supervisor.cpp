@@ -9,8 +9,6 @@
 namespace lss {
 namespace {
 
-constexpr std::uint16_t number(CommandKind kind) { return static_cast<std::uint16_t>(kind); }
-
 // An unknown fault is fatal.
 template <class Id>
 Severity severity_of(Id id, const OwnCodes& own) noexcept {
@@ -28,7 +26,7 @@ int tunable_of(const Logic& logic, const Request& request) noexcept {
 
 // All checks except against the values of other parameters, which the vehicle does.
 Verdict check_parameter(const Logic& logic, const SupervisorState& s, const Request& r) noexcept {
-  if (r.kind != number(CommandKind::set_parameter)) return {};
+  if (r.kind != kind_of(CommandKind::set_parameter)) return {};
   const int index = tunable_of(logic, r);
   if (index < 0) return {.reason = Reason::no_such_parameter};
   const TunableInfo& t = logic.tunables[static_cast<std::size_t>(index)];
@@ -66,7 +64,7 @@ Verdict Supervisor::evaluate(const Logic& logic, const SupervisorState& state,
   if (request.arrival_ns < state.ended_ns && info->access == Access::holder && !info->ends_motion &&
       !is_beside(request.kind))
     return {.reason = Reason::superseded};
-  if (request.kind == number(CommandKind::start) && state.another_daemon_ns != 0) {
+  if (request.kind == kind_of(CommandKind::start) && state.another_daemon_ns != 0) {
     return {
         .reason = Reason::name_conflict,
         .measured = static_cast<double>((state.time_ns - state.another_daemon_ns) / kMillisecond),
@@ -104,7 +102,7 @@ void Supervisor::begin(TimeNs now, Actor& actor) noexcept {
 void Supervisor::request(const Request& request) noexcept {
   if ((request.flags & kFlagAnotherDaemon) != 0) return another_daemon();
   if (request.kind == 0) return heartbeat(request);
-  const bool stop = request.kind == number(CommandKind::emergency_stop);
+  const bool stop = is_emergency_stop(request);
   if (!stop && (request.flags & kFlagSaved) == 0) ++state_.commands_taken;
   command(request);
 }
@@ -141,8 +139,8 @@ void Supervisor::check_name() noexcept {
 // Guards on the state, then those of the vehicle.
 Verdict Supervisor::judge(const Request& request) noexcept {
   if (const Verdict v = evaluate(logic_, state_, request); v.reason != Reason::none) return v;
-  if (request.kind == number(CommandKind::set_parameter)) return adjust(request, false).verdict;
-  if (request.kind == number(CommandKind::save_parameters))
+  if (request.kind == kind_of(CommandKind::set_parameter)) return adjust(request, false).verdict;
+  if (request.kind == kind_of(CommandKind::save_parameters))
     return save_.kind == 0 ? Verdict{} : Verdict{.reason = Reason::busy};
   return actor_->consider(request);
 }
@@ -156,7 +154,7 @@ Adjusted Supervisor::adjust(const Request& request, bool really) noexcept {
 // A change is in force in this frame; a save is answered when it is on the disk.
 bool Supervisor::handle_parameters(const Request& request, const Active& command) noexcept {
   if (!is_of_parameters(request.kind)) return false;
-  if (request.kind == number(CommandKind::save_parameters)) {
+  if (request.kind == kind_of(CommandKind::save_parameters)) {
     save_ = command;
     return true;
   }
@@ -196,10 +194,10 @@ void Supervisor::command(const Request& request) noexcept {
   if (replaces) state_.active = command;
   if (!request.answered) acknowledge(command, Phase::executing);
   if (handle_parameters(request, command)) return;
-  const bool emergency_stop = request.kind == number(CommandKind::emergency_stop);
+  const bool emergency_stop = is_emergency_stop(request);
   fell_ = fell_ || (emergency_stop && airborne());  // by one of the stops of this frame
   if (emergency_stop) raise(FaultId::emergency_stop);
-  if (request.kind == number(CommandKind::reset_timing)) note(EventId::timing_reset);
+  if (request.kind == kind_of(CommandKind::reset_timing)) note(EventId::timing_reset);
   const lc::Event event = logic_.event_of(request);
   const bool waits = event == lc::Event::reset_module;
   if (waits) begin_reset(request, command);
@@ -264,7 +262,7 @@ Verdict Supervisor::apply(lc::Event event, const Request* request, unsigned subj
   if (result.actions != 0) actor_->act(result.actions, request);
   // A command that a reset of the controller ends in Idle would look completed.
   if (event == lc::Event::reset_controller && before.state == State::idle &&
-      state_.active.kind != 0 && state_.active.kind != number(CommandKind::stop))
+      state_.active.kind != 0 && state_.active.kind != kind_of(CommandKind::stop))
     finish(Phase::superseded, Reason::superseded);
   follow(before);
   return result.verdict;
@@ -291,7 +289,7 @@ void Supervisor::follow(const lc::ControllerState& before) noexcept {
   } else if (now.state == State::fatal_error) {
     finish(Phase::failed, Reason::emergency);
   } else if (now.state == State::idle && before.state == State::operational &&
-             state_.active.kind != number(CommandKind::stop)) {
+             state_.active.kind != kind_of(CommandKind::stop)) {
     finish(Phase::superseded, Reason::superseded);
   }
 }

@@ -70,10 +70,6 @@ void took(const lss_Heartbeat& beat) {
   lockstep::took_heartbeat(dds::read_text(beat.source).value_or(""), beat.counter);
 }
 
-bool is_emergency_stop(const Request& request) {
-  return request.kind == static_cast<std::uint16_t>(CommandKind::emergency_stop);
-}
-
 }  // namespace
 
 // Lifespan counts from the arrival at the reader (Cyclone 0.10.2), so commands that waited in the

@@ -5,10 +5,6 @@
 namespace lss {
 namespace {
 
-bool is_emergency_stop(const Request& request) noexcept {
-  return request.kind == static_cast<std::uint16_t>(CommandKind::emergency_stop);
-}
-
 bool stopped_by_command(const SupervisorState& state) noexcept {
   return state.controller.state == State::fatal_error &&
          std::ranges::any_of(state.faults, [](const FaultRecord& fault) {

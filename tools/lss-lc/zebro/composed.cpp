@@ -27,9 +27,6 @@ constexpr std::uint8_t kTries = 3;           // of the operator, then a person i
 constexpr TimeNs kLongest = 3600 * kSecond;
 constexpr std::size_t kPanel = kModules - 1;
 
-constexpr std::uint16_t number(lss::CommandKind kind) { return static_cast<std::uint16_t>(kind); }
-constexpr std::uint16_t number(CommandKind kind) { return static_cast<std::uint16_t>(kind); }
-
 bool moves(const ModuleOrder& order) { return order.rotates() || order.kind == Kind::motion_on; }
 bool of_module(Failure f) { return f <= Failure::module_reset; }
 bool lasts(Failure f) {
@@ -253,9 +250,9 @@ void Composed::operate() {
   if (client) in.requests[in.request_count++] = request("operator", 0);
   // In a frame with a stop or a reset the operator commands nothing: it would be obeyed after it.
   if (env_.emergency_stop)
-    in.requests[in.request_count++] = request("another", number(lss::CommandKind::emergency_stop));
+    in.requests[in.request_count++] = request("another", kind_of(lss::CommandKind::emergency_stop));
   if (env_.reset_lc) {
-    Request r = request("operator", number(lss::CommandKind::reset));
+    Request r = request("operator", kind_of(lss::CommandKind::reset));
     r.parameter[0] = -1;
     in.requests[in.request_count++] = r;
     return;
@@ -276,33 +273,33 @@ void Composed::operate() {
     case State::idle:
       if (refused_.reason == reasons::fault_latched && env_.resets < kTries) {
         ++env_.resets;
-        return ask(number(lss::CommandKind::reset), {static_cast<double>(refused_.subject)});
+        return ask(kind_of(lss::CommandKind::reset), {static_cast<double>(refused_.subject)});
       }
       if (refused_.reason != Reason::none && env_.tries < kTries) {
         ++env_.tries;
-        return ask(number(lss::CommandKind::emergency_stop));  // then solve
+        return ask(kind_of(lss::CommandKind::emergency_stop));  // then solve
       }
       if (refused_.reason != Reason::none) return finish();
-      if (env_.want == Want::walk) return ask(number(lss::CommandKind::start), {1});
+      if (env_.want == Want::walk) return ask(kind_of(lss::CommandKind::start), {1});
       if (env_.now_ns - env_.since_ns >= kRest) finish();
       return;
     case State::operational:
       if (env_.want == Want::stop && mode != Mode::walking) return;
-      if (mode == Mode::standing) return ask(number(CommandKind::walk), {1, 0, 3});
+      if (mode == Mode::standing) return ask(kind_of(CommandKind::walk), {1, 0, 3});
       if (mode == Mode::walking && env_.now_ns - env_.since_ns >= kWalking_ns) {
         env_.want = Want::stop;
-        return ask(number(lss::CommandKind::stop), {1});
+        return ask(kind_of(lss::CommandKind::stop), {1});
       }
       return;
     case State::fatal_error:
       env_.want = Want::walk;
       if (refused_.reason == reasons::solved_too_often && env_.resets < kTries) {
         ++env_.resets;
-        return ask(number(lss::CommandKind::reset), {-1});
+        return ask(kind_of(lss::CommandKind::reset), {-1});
       }
       if (env_.tries >= kTries) return finish();
       ++env_.tries;
-      return ask(number(lss::CommandKind::solve));
+      return ask(kind_of(lss::CommandKind::solve));
     case State::solve_errors: return;
   }
 }
