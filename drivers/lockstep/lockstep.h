@@ -30,6 +30,7 @@ inline constexpr std::int64_t kBeginUtc_ns = 1'767'225'600 * kSecond;
 
 inline bool on() noexcept { return shared != nullptr; }
 TimeNs now() noexcept;
+TimeNs wall_now() noexcept;  // CLOCK_MONOTONIC, also while this is off
 inline std::int64_t utc() noexcept { return kBeginUtc_ns + now() - kBegin; }
 
 struct Settings {

@@ -87,8 +87,6 @@ static_assert(std::atomic<std::uint64_t>::is_always_lock_free &&
 extern thread_local int own_seat;
 extern int own_process;
 
-TimeNs wall_now() noexcept;
-
 // The page's lock; removes a process that ended with it.
 class Lock {
  public:

@@ -35,12 +35,6 @@ constexpr int kLookMs = 100;
 // costs a hand-over, a packet of a USB adapter.
 constexpr std::size_t kFifo = 8, kPacket = 64;
 
-TimeNs wall_ns() {
-  timespec now{};
-  ::clock_gettime(CLOCK_MONOTONIC, &now);
-  return now.tv_sec * kSecond + now.tv_nsec;
-}
-
 bool among(std::span<const FaultKind> kinds, std::string_view name) {
   return std::ranges::find(kinds, name, &FaultKind::name) != kinds.end();
 }
@@ -329,7 +323,7 @@ tl::expected<void, std::string> run(const VehicleKind& kind, const RunOptions& o
     const int polled = ::poll(files, 2, options.lockstep ? kLookMs : -1);
     if (options.lockstep) {
       watch.look();
-      const TimeNs wall = wall_ns();
+      const TimeNs wall = lockstep::wall_now();
       if (simulation.simulated_s() > 0 && before != 0)
         wall_s += static_cast<double>(wall - before) * 1e-9;
       before = wall;

@@ -23,12 +23,7 @@ constexpr TimeNs kNever = std::numeric_limits<TimeNs>::max();
 
 }  // namespace
 
-TimeNs monotonic_now() {
-  if (lockstep::on()) return lockstep::now();
-  timespec now{};
-  ::clock_gettime(CLOCK_MONOTONIC, &now);
-  return now.tv_sec * kSecond + now.tv_nsec;
-}
+TimeNs monotonic_now() { return lockstep::on() ? lockstep::now() : lockstep::wall_now(); }
 
 void keep_time(int fifo_priority) {
   ::prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0);  // the default adds 50 us to every wait
