@@ -50,6 +50,11 @@ inline bool same_mode(T t) {
   return t.result.next.state == t.before.state && t.result.next.mode == t.before.mode;
 }
 inline bool keeps(T t) { return t.result.next == t.before; }
+// The module of this event goes out of service, and nothing moves by that.
+inline bool leaves_service(T t) {
+  return same_mode(t) && !in_service(t.result.next, t.happening.subject) &&
+         stops_motors(t.result.actions);
+}
 inline bool held_after(T t) { return link(t.result.next, kHeld); }
 inline bool emergency(T t) {
   return fatal(t.result.next) && (t.result.actions & kEmergencyStop) != 0 && !held_after(t);

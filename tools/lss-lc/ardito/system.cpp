@@ -32,6 +32,11 @@ bool flag_is(T t, Flag flag, bool on) {
   return has(t.result.next, flag) == on &&
          (t.result.next.flags & ~flag) == (t.before.flags & ~flag);
 }
+// Known from then on, and an emergency in Operational.
+bool cut_by(T t, Flag flag) {
+  return has(t.result.next, flag) &&
+         (operational(t.before) ? emergency(t) : only_flags(t) && flag_is(t, flag, true));
+}
 bool may_start(S s) { return can_start(s) && !has(s, kButtonIn | kPowerBad); }
 // Requested by a command or by itself, in the present mode.
 bool aims(T t, Goal wanted, lc::ActionSet action) {
@@ -41,6 +46,11 @@ bool aims(T t, Goal wanted, lc::ActionSet action) {
 bool comes_to_rest(T t) {
   if (!moving(t.before)) return idle(t.result.next);
   return same_mode(t) && goal(t.result.next) == Goal::idle && does(t, kHalt);
+}
+
+// It stands, ready for another command.
+bool comes_to_stand(T t) {
+  return same_mode(t) && goal(t.result.next) == Goal::none && does(t, kHalt);
 }
 
 // By a source that has authority from then on.
@@ -272,17 +282,14 @@ constexpr std::array kOwnDuties = {
          {event::autonomy_lost},
          [](S s, const Happening&) { return has(s, kAutonomous); },
          [](T t) {
-           return same_mode(t) && goal(t.result.next) == Goal::none && does(t, kHalt) &&
-                  !has(t.result.next, kAutonomous) && held_after(t) == link(t.before, lc::kHeld);
+           return comes_to_stand(t) && !has(t.result.next, kAutonomous) &&
+                  held_after(t) == link(t.before, lc::kHeld);
          }},
     Duty{"a rover that is stuck stops and stands, ready for another way",
          "operators",
          {event::stuck},
          [](S s, const Happening&) { return goal(s) == Goal::drive || goal(s) == Goal::park; },
-         [](T t) {
-           return same_mode(t) && goal(t.result.next) == Goal::none && does(t, kHalt) &&
-                  held_after(t) == link(t.before, lc::kHeld);
-         }},
+         [](T t) { return comes_to_stand(t) && held_after(t) == link(t.before, lc::kHeld); }},
     Duty{"the state of the IMU is known everywhere, and changes nothing else by itself",
          "7.7.1",
          {event::imu_good, event::imu_lost},
@@ -296,8 +303,7 @@ constexpr std::array kOwnDuties = {
          any_state,
          [](T t) {
            const Flag flag = t.happening.event == event::button_in ? kButtonIn : kPowerBad;
-           return has(t.result.next, flag) &&
-                  (operational(t.before) ? emergency(t) : only_flags(t) && flag_is(t, flag, true));
+           return cut_by(t, flag);
          }},
     Duty{"a released button and returned power are known everywhere, and switch nothing on",
          "part III",
@@ -314,10 +320,7 @@ constexpr std::array kOwnDuties = {
            return solving(s) && in_service(s, h.subject) &&
                   std::popcount(s.isolated) < static_cast<int>(kMostIsolated);
          },
-         [](T t) {
-           return same_mode(t) && !in_service(t.result.next, t.happening.subject) &&
-                  stops_motors(t.result.actions);
-         }},
+         leaves_service},
 };
 constexpr auto kDuties = lc::join(lc::common::kDuties, kOwnDuties);
 
@@ -335,10 +338,7 @@ constexpr Contract says(const char* name, Event event) {
 }
 template <Flag flag>
 constexpr Contract cuts(const char* name, Event event) {
-  return {name, event, always, [](T t) {
-            return has(t.result.next, flag) &&
-                   (operational(t.before) ? emergency(t) : only_flags(t) && flag_is(t, flag, true));
-          }};
+  return {name, event, always, [](T t) { return cut_by(t, flag); }};
 }
 
 constexpr std::array kOwnContracts = {
@@ -381,16 +381,12 @@ constexpr std::array kOwnContracts = {
     says<kImuLost, true>("IMU lost", event::imu_lost),
     Contract{"autonomy lost", event::autonomy_lost,
              [](S s, unsigned) { return ready(s) && goal(s) == Goal::drive; },
-             [](T t) {
-               return same_mode(t) && goal(t.result.next) == Goal::none && does(t, kHalt) &&
-                      t.result.next.links == t.before.links;
-             }},
+             [](T t) { return comes_to_stand(t) && t.result.next.links == t.before.links; }},
     Contract{
         "stuck", event::stuck,
         [](S s, unsigned) { return ready(s) && (goal(s) == Goal::drive || goal(s) == Goal::park); },
         [](T t) {
-          return same_mode(t) && goal(t.result.next) == Goal::none && does(t, kHalt) &&
-                 does(t, kByHand) && !has(t.result.next, kAutonomous) &&
+          return comes_to_stand(t) && does(t, kByHand) && !has(t.result.next, kAutonomous) &&
                  t.result.next.links == t.before.links;
         }},
     says<kButtonIn, false>("button released", event::button_out),
@@ -400,10 +396,7 @@ constexpr std::array kOwnContracts = {
     Contract{
         "isolate", event::isolate,
         [](S s, unsigned wheel) { return solving(s) && wheel <= kDriveWheels && s.isolated == 0; },
-        [](T t) {
-          return same_mode(t) && !in_service(t.result.next, t.happening.subject) &&
-                 stops_motors(t.result.actions);
-        }},
+        leaves_service},
 };
 
 // ---- the way back

@@ -175,10 +175,7 @@ constexpr std::array kOwnContracts = {
                return solving(s) && in_service(s, leg) && leg <= kLegs &&
                       others_can_walk((s.isolated & kLegMask) | 1u << (leg - 1));
              },
-             [](T t) {
-               return same_mode(t) && !in_service(t.result.next, t.happening.subject) &&
-                      stops_motors(t.result.actions);
-             }},
+             leaves_service},
     Contract{"isolate by command", event::isolate_leg,
              [](S s, unsigned leg) {
                return (idle(s) || fatal(s)) && in_service(s, leg) &&
