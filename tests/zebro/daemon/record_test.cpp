@@ -19,9 +19,8 @@ namespace {
 
 using Frame = record::FrameRecord<Vehicle>;
 
-TEST(Record, WhatIsWrittenIsReadBack) {
+TEST(Record, MembersAreShownByTheirNames) {
   auto frame = std::make_unique<Frame>();
-  frame->in.frame = 7;
   frame->in.sample_count = 2;
   frame->in.samples[1] = {.time_ns = 5, .module = 3, .code = 64, .data = {1, 2, 3}};
   frame->in.request_count = 1;
@@ -29,28 +28,11 @@ TEST(Record, WhatIsWrittenIsReadBack) {
   frame->in.requests[0].parameter[7] = std::numeric_limits<double>::quiet_NaN();
   frame->in.bus.counters.module[6].resends = 9;
   frame->command.module[5].serial = 4;
-  frame->outbox.event_count = 1;
-  frame->outbox.events[0].id = 1011;
   frame->state.controller.state = State::fatal_error;
   frame->state.faults[0].id = FaultId::port_lost;
   frame->telemetry.modules[2].current_A = 0.5;
   frame->timing.margin_ns = -3;
-
-  std::vector<std::uint8_t> bytes(sizeof(Frame));
-  record::Writer writer(bytes);
-  fields(writer,
-         record::FrameView<Vehicle>{frame->in, frame->command, frame->outbox, frame->state,
-                                    frame->telemetry, frame->data_requested, frame->timing});
-  ASSERT_TRUE(writer.fits());
-  bytes.resize(writer.size());
-
-  auto read = std::make_unique<Frame>();
-  record::Reader reader(bytes);
-  fields(reader, *read);
-  ASSERT_TRUE(reader.good());
-  EXPECT_TRUE(reader.at_end());
-  const auto json = record::to_json(*read);
-  EXPECT_EQ(json.dump(), record::to_json(*frame).dump());
+  const auto json = record::to_json(*frame);
   EXPECT_EQ(json["in"]["samples"].size(), 2u);
   EXPECT_EQ(json["in"]["samples"][1]["module"], 3);
   EXPECT_EQ(json["in"]["requests"][0]["source"], "me");
@@ -61,6 +43,15 @@ TEST(Record, WhatIsWrittenIsReadBack) {
   EXPECT_EQ(json["telemetry"]["modules"][2]["current_A"], 0.5);
   EXPECT_EQ(json["timing"]["margin_ns"], -3);
   EXPECT_NE(json["in"]["requests"][0]["parameter"].dump().find("null"), std::string::npos);
+}
+
+std::vector<std::uint8_t> written(const Frame& frame) {
+  std::vector<std::uint8_t> bytes(sizeof(Frame));
+  record::Writer writer(bytes);
+  fields(writer, frame);
+  EXPECT_TRUE(writer.fits());
+  bytes.resize(writer.size());
+  return bytes;
 }
 
 // Fills every member with a valid value.
@@ -103,21 +94,13 @@ TEST(Record, AnyRecordIsReadBackTheSame) {
     auto frame = std::make_unique<Frame>();
     Randomiser random(seed);
     fields(random, *frame);
-    const auto bytes_of = [](const Frame& f) {
-      std::vector<std::uint8_t> bytes(sizeof(Frame));
-      record::Writer writer(bytes);
-      fields(writer, f);
-      RC_ASSERT(writer.fits());
-      bytes.resize(writer.size());
-      return bytes;
-    };
-    const std::vector<std::uint8_t> bytes = bytes_of(*frame);
+    const std::vector<std::uint8_t> bytes = written(*frame);
     auto read = std::make_unique<Frame>();
     record::Reader reader(bytes);
     fields(reader, *read);
     RC_ASSERT(reader.good());
     RC_ASSERT(reader.at_end());
-    RC_ASSERT(bytes_of(*read) == bytes);
+    RC_ASSERT(written(*read) == bytes);
   }));
 }
 
@@ -134,10 +117,7 @@ TEST(Record, AnyRecordGoesThroughTheLogPartByPart) {
     auto frame = std::make_unique<Frame>();
     Randomiser random(seed);
     fields(random, *frame);
-    std::vector<std::uint8_t> bytes(sizeof(Frame));
-    record::Writer writer(bytes);
-    fields(writer, *frame);
-    bytes.resize(writer.size());
+    const std::vector<std::uint8_t> bytes = written(*frame);
 
     const unsigned what = chosen & config::kAllLogParts;
     RC_PRE(what != 0);
