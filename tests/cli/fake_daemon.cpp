@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <stdexcept>
 #include <tuple>
 
 #include "tools/lss-cli/session/link.h"
@@ -24,17 +23,11 @@ std::int64_t now_ns() {
       .count();
 }
 
-template <class T>
-T must(dds::Result<T> result) {
-  if (!result) throw std::runtime_error(result.error());
-  return std::move(*result);
-}
-
 dds::Participant join(int domain) {
   dds::ParticipantParameters parameters;
   parameters.domain = domain;
   parameters.daemon = true;
-  return must(dds::Participant::create(parameters));
+  return checked(dds::Participant::create(parameters));
 }
 
 // That of a vehicle of this build.
@@ -74,14 +67,14 @@ FakeDaemon::FakeDaemon(int domain, const Birth& birth)
 
 void FakeDaemon::open() {
   const auto writer = [&](dds::Kind kind) {
-    return must(dds::create_writer(participant_.get(), dds::common_topic(kind)));
+    return checked(dds::create_writer(participant_.get(), dds::common_topic(kind)));
   };
   acks_ = writer(dds::Kind::command_ack);
   events_ = writer(dds::Kind::event);
   timing_ = writer(dds::Kind::timing_statistics);
   parameter_writer_ = writer(dds::Kind::parameters);
   const bool described = !birth_.dictionary.empty();
-  telemetry_ = must(dds::create_writer(
+  telemetry_ = checked(dds::create_writer(
       participant_.get(),
       dds::telemetry_topic(described ? birth_.vehicle : "zebro", &lss_ZebroTelemetry_desc)));
   std::string dictionary = described ? birth_.dictionary : built_dictionary(birth_.vehicle);
@@ -95,7 +88,8 @@ void FakeDaemon::open() {
   const auto reader = [&](dds::Kind kind) {
     dds::Topic topic = dds::common_topic(kind);
     if (birth_.earlier && kind == dds::Kind::command) topic.descriptor = &earlier;
-    return must(dds::create_daemon_reader(participant_.get(), topic, birth_.vehicle_id, nullptr));
+    return checked(
+        dds::create_daemon_reader(participant_.get(), topic, birth_.vehicle_id, nullptr));
   };
   commands_ = reader(dds::Kind::command);
   heartbeat_reader_ = reader(dds::Kind::heartbeat);

@@ -29,22 +29,16 @@ using testing::SizeIs;
 
 constexpr std::uint16_t kEstop = 3, kLand = 313;
 
-template <class T>
-T must(dds::Result<T> result) {
-  if (!result) throw std::runtime_error(result.error());
-  return std::move(*result);
-}
-
 // A participant of the domain that sends the messages of a test.
 class Talker {
  public:
   explicit Talker(int domain)
-      : participant_(must(dds::Participant::create({.domain = domain}))),
+      : participant_(cli::checked(dds::Participant::create({.domain = domain}))),
         status_(writer(dds::Kind::status)),
         acks_(writer(dds::Kind::command_ack)),
         dictionary_(writer(dds::Kind::dictionary)),
-        commands_(
-            must(dds::create_reader(participant_.get(), dds::common_topic(dds::Kind::command)))) {}
+        commands_(cli::checked(
+            dds::create_reader(participant_.get(), dds::common_topic(dds::Kind::command)))) {}
 
   void say(const std::string& id, const std::function<void(lss_Status&)>& change = {},
            const char* vehicle = "zebro") {
@@ -84,7 +78,7 @@ class Talker {
 
  private:
   dds::Entity writer(dds::Kind kind) {
-    return must(dds::create_writer(participant_.get(), dds::common_topic(kind)));
+    return cli::checked(dds::create_writer(participant_.get(), dds::common_topic(kind)));
   }
 
   dds::Participant participant_;
