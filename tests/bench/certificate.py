@@ -44,10 +44,7 @@ class Zebro:
         self.machine = machine
 
     def must(self, command, limit_s=60):
-        status, text = self.machine.run(f"cd /opt/lss; export PATH=$PWD:$PATH LD_LIBRARY_PATH=$PWD LSS_DOMAIN=7; {command}", limit_s)
-        if status != 0:
-            raise AssertionError(f"{command}\nended with {status}:\n{text}")
-        return text
+        return self.machine.must(f"cd /opt/lss; export PATH=$PWD:$PATH LD_LIBRARY_PATH=$PWD LSS_DOMAIN=7; {command}", limit_s)
 
     def install(self, needed, share):
         self.machine.run("mkdir -p /opt/lss && cp /mnt/host/* /opt/lss")

@@ -62,29 +62,22 @@ def measure(bench, rows, quick):
     share = tempfile.mkdtemp(prefix="lss-bench-share-")
     os.chmod(share, 0o755)
     machine = None
-
-    def must(command, limit_s=60):
-        status, text = machine.run(command, limit_s)
-        if status != 0:
-            raise AssertionError(f"{command}\nended with {status}:\n{text}")
-        return text
-
     try:
         needed = bring(share, bench)
         machine = machine_class()(share)
         machine.wait_for_boot()
         # From its own disk: a page that comes from the host comes when the host likes.
-        must("mkdir -p /opt/bench && cp /mnt/host/* /opt/bench")
-        missing = must("for f in /opt/bench/*; do ldd $f; done | sed -n 's/^ *\\(.*\\) => not found/\\1/p' | sort -u")
+        machine.must("mkdir -p /opt/bench && cp /mnt/host/* /opt/bench")
+        missing = machine.must("for f in /opt/bench/*; do ldd $f; done | sed -n 's/^ *\\(.*\\) => not found/\\1/p' | sort -u")
         for name in missing.split():
             shutil.copy(needed[name], share)
-        must("cp -n /mnt/host/* /opt/bench")
-        must(QUIET)
-        must("cd /opt/bench && PATH=$PWD:$PATH LD_LIBRARY_PATH=$PWD ./lss-bench --maxima --json "
-             f"--row {rows} {'--quick' if quick else ''} > /run/figures.json 2> /run/progress || "
-             "{ cat /run/progress; false; }; cp /run/figures.json /mnt/host", LIMIT_S)
+        machine.must("cp -n /mnt/host/* /opt/bench")
+        machine.must(QUIET)
+        machine.must("cd /opt/bench && PATH=$PWD:$PATH LD_LIBRARY_PATH=$PWD ./lss-bench --maxima --json "
+                     f"--row {rows} {'--quick' if quick else ''} > /run/figures.json 2> /run/progress || "
+                     "{ cat /run/progress; false; }; cp /run/figures.json /mnt/host", LIMIT_S)
         with open(os.path.join(share, "figures.json"), encoding="utf-8") as file:
-            kernel = must("uname -rv")
+            kernel = machine.must("uname -rv")
             return json.load(file), kernel
     finally:
         if machine is not None:

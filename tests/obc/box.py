@@ -67,11 +67,7 @@ class Box(unittest.TestCase):
 
     @classmethod
     def must(cls, command, limit_s=60):
-        """The output of a command that has to succeed."""
-        status, text = cls.machine.run(command, limit_s)
-        if status != 0:
-            raise AssertionError(f"{command}\nended with {status}:\n{text}")
-        return text
+        return cls.machine.must(command, limit_s)
 
     @classmethod
     def wait(cls, condition, what, limit_s=60):

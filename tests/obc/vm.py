@@ -106,6 +106,13 @@ class Machine:
         except TimeoutError:
             raise AssertionError(f"no answer in {PATIENCE * limit_s} s to: {command}\n{self.last_words()}") from None
 
+    def must(self, command, limit_s=60):
+        """The output of a command that has to succeed."""
+        status, text = self.run(command, limit_s)
+        if status != 0:
+            raise AssertionError(f"{command}\nended with {status}:\n{text}")
+        return text
+
     def last_words(self):
         with open(self.console, encoding="utf-8", errors="replace") as file:
             return "console: " + "\n".join(file.read().splitlines()[-20:])
