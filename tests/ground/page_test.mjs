@@ -99,6 +99,10 @@ async function open(setup, options = {}) {
   await page.goto("http://localhost/");
   await page.waitForFunction(() => document.querySelector("#state").innerText && gateway.told);
 }
+const openTwoRovers = () => {
+  const rover = (id) => ({...vehicle(id, "rover"), presentation: {rest: 2, hold: [{way: "forward", command: 3, parameters: []}]}});
+  return open({opening: [rover("rover-1"), status("rover-1"), rover("rover-2"), status("rover-2")], crafts: {"rover-1": {age_ms: 0}, "rover-2": {age_ms: 0}}});
+};
 const text = (selector) => page.innerText(selector);
 const says = (selector, what) => page.waitForFunction(([s, t]) => document.querySelector(s)?.checkVisibility() && document.querySelector(s).innerText.includes(t), [selector, what]);
 // With two vehicles, when the stop button names this one; then its time stands still.
@@ -458,8 +462,7 @@ const tests = {
   },
 
   async a_vehicle_that_is_left_or_lost_while_it_drives_is_not_driven_on() {
-    const rover = (id) => ({...vehicle(id, "rover"), presentation: {rest: 2, hold: [{way: "forward", command: 3, parameters: []}]}});
-    await open({opening: [rover("rover-1"), status("rover-1"), rover("rover-2"), status("rover-2")], crafts: {"rover-1": {age_ms: 0}, "rover-2": {age_ms: 0}}});
+    await openTwoRovers();
     const moves = () => page.evaluate("gateway.sent.filter((m) => m.type === 'command' && !m.dry_run).map((m) => m.vehicle + ' ' + m.command)");
     await page.click("#drive label");
     await page.keyboard.down("ArrowUp");
@@ -482,8 +485,7 @@ const tests = {
   },
 
   async a_stick_that_is_held_over_a_change_of_vehicle_or_window_drives_nothing() {
-    const rover = (id) => ({...vehicle(id, "rover"), presentation: {rest: 2, hold: [{way: "forward", command: 3, parameters: []}]}});
-    await open({opening: [rover("rover-1"), status("rover-1"), rover("rover-2"), status("rover-2")], crafts: {"rover-1": {age_ms: 0}, "rover-2": {age_ms: 0}}});
+    await openTwoRovers();
     const moves = () => page.evaluate("gateway.order.map(([o]) => o).filter((o) => o !== 'beat')");
     const stick = async (y) => {
       await page.evaluate((y_) => {
@@ -502,22 +504,17 @@ const tests = {
     const expected = ["rover-1 walk"];
     await stick(-1);
     assert.deepEqual(await moves(), expected);
-    await page.click("#strip button:nth-child(2)");
-    await confirmed();
-    expected.push("rover-1 stop");
-    assert.deepEqual(await moves(), expected);
-    await stick(0);
-    await stick(-1);
-    expected.push("rover-2 walk");
-    assert.deepEqual(await moves(), expected, "pushed again");
-    await page.evaluate("dispatchEvent(new Event('blur'))");
-    await confirmed();
-    expected.push("rover-2 stop");
-    assert.deepEqual(await moves(), expected);
-    await stick(0);
-    await stick(-1);
-    expected.push("rover-2 walk");
-    assert.deepEqual(await moves(), expected, "pushed again");
+    const changes = {"rover-1": () => page.click("#strip button:nth-child(2)"), "rover-2": () => page.evaluate("dispatchEvent(new Event('blur'))")};
+    for (const [driven, change] of Object.entries(changes)) {
+      await change();
+      await confirmed();
+      expected.push(`${driven} stop`);
+      assert.deepEqual(await moves(), expected);
+      await stick(0);
+      await stick(-1);
+      expected.push("rover-2 walk");
+      assert.deepEqual(await moves(), expected, "pushed again");
+    }
   },
 
   async every_end_of_a_hold_stops_the_vehicle_and_no_heartbeat_drives_it_on() {
