@@ -56,6 +56,12 @@ class RunLogTest : public testing::Test {
                                     nlohmann::ordered_json{{"vehicle", "v"}}, to_json,
                                     [this](EventId id) { told_.push_back(id); });
   }
+  // Everything, to who listens there.
+  std::unique_ptr<RunLog> begin_at(const std::string& address) {
+    LogPreset preset = everything();
+    preset.address = address;
+    return begin(preset);
+  }
   // Frame `number` at its time.
   void put(RunLog& log, std::uint32_t number, bool events = false, std::uint64_t dropped = 0) {
     std::array<std::uint8_t, sizeof number> bytes;
@@ -351,9 +357,7 @@ class Listener {
 };
 
 TEST_F(RunLogTest, WhoListensOnASocketMayComeLeaveAndComeBack) {
-  LogPreset preset = everything();
-  preset.address = (folder_ / "socket").string();
-  const auto log = begin(preset);
+  const auto log = begin_at((folder_ / "socket").string());
   put(*log, 1);
   EXPECT_THAT(told_, ElementsAre(EventId::log_failed));
   {
@@ -379,9 +383,7 @@ TEST_F(RunLogTest, WhoListensOnASocketMayComeLeaveAndComeBack) {
 
 TEST_F(RunLogTest, TheFirstLineIsSentAgainForThoseWhoComeLate) {
   const Listener listener(folder_ / "socket");
-  LogPreset preset = everything();
-  preset.address = (folder_ / "socket").string();
-  const auto log = begin(preset);
+  const auto log = begin_at((folder_ / "socket").string());
   std::size_t first_lines = 0;
   for (const std::uint32_t i : numbers(1, 1250)) {  // 25 s
     put(*log, i);
@@ -392,9 +394,7 @@ TEST_F(RunLogTest, TheFirstLineIsSentAgainForThoseWhoComeLate) {
 
 TEST_F(RunLogTest, WhoListensTooSlowlyLosesLinesThatAreCounted) {
   const Listener listener(folder_ / "socket");
-  LogPreset preset = everything();
-  preset.address = (folder_ / "socket").string();
-  const auto log = begin(preset);
+  const auto log = begin_at((folder_ / "socket").string());
   length_ = 20'000;
   for (const std::uint32_t i : numbers(1, 400)) put(*log, i);  // returns, though nobody reads
   std::size_t heard = 0;
@@ -407,10 +407,8 @@ TEST_F(RunLogTest, WhoListensTooSlowlyLosesLinesThatAreCounted) {
 }
 
 TEST_F(RunLogTest, LinesGoByUdpToo) {
-  LogPreset preset = everything();
   std::optional<Listener> listener(std::in_place);
-  preset.address = "udp://127.0.0.1:" + std::to_string(listener->port());
-  const auto log = begin(preset);
+  const auto log = begin_at("udp://127.0.0.1:" + std::to_string(listener->port()));
   for (const std::uint32_t i : numbers(1, 3)) put(*log, i);
   EXPECT_EQ(listener->heard().size(), 4u);
   listener.reset();
@@ -420,10 +418,8 @@ TEST_F(RunLogTest, LinesGoByUdpToo) {
 }
 
 TEST_F(RunLogTest, ALineThatIsTooLongForADatagramIsLostAndTheNextGoes) {
-  LogPreset preset = everything();
   const Listener listener;
-  preset.address = "udp://127.0.0.1:" + std::to_string(listener.port());
-  const auto log = begin(preset);
+  const auto log = begin_at("udp://127.0.0.1:" + std::to_string(listener.port()));
   length_ = 70'000;
   put(*log, 1);
   length_ = 10;

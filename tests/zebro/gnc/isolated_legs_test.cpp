@@ -41,8 +41,7 @@ RC_GTEST_PROP(IsolatedLegs, WalkingStaysStableThroughAnyChangesAndNeverOrdersADe
   RC_ASSERT(robot.locomotion.progress() == Progress::running);
   RC_ASSERT(robot.locomotion.steps() > 0U);
   robot.locomotion.lay_down(robot.now_s);
-  RC_ASSERT(robot.finish());
-  RC_ASSERT(robot.locomotion.progress() == Progress::done);
+  RC_ASSERT(robot.succeeds());
   RC_ASSERT(!robot.ordered);
 }
 
@@ -193,14 +192,12 @@ RC_GTEST_PROP(IsolatedLegs, LostLegsAreFoundAndDeadOnesAreNotWaitedFor, ()) {
     robot.legs[i].calibrated = false;
   }
   robot.locomotion.stand_up(0);
-  RC_ASSERT(robot.finish());
-  RC_ASSERT(robot.locomotion.progress() == Progress::done);
+  RC_ASSERT(robot.succeeds());
   for (std::size_t i = 0; i < kLegs; ++i) {
     if (!robot.dead(i)) RC_ASSERT(robot.legs[i].calibrated);
   }
   robot.locomotion.stow(robot.now_s);
-  RC_ASSERT(robot.finish());
-  RC_ASSERT(robot.locomotion.progress() == Progress::done);
+  RC_ASSERT(robot.succeeds());
   for (std::size_t i = 0; i < kLegs; ++i) {
     if (!robot.dead(i)) RC_ASSERT(std::abs(robot.theta_rad(i) - kRest_rad) < 0.06);
   }
@@ -278,8 +275,7 @@ TEST(IsolatedLegs, WalkGoesOnAfterALegDiedInTheAir) {
   ASSERT_TRUE(robot.locomotion.isolate(kLF));
   const std::uint32_t segment = robot.locomotion.targets()[0].segment;
   robot.locomotion.stand_up(robot.now_s);
-  ASSERT_TRUE(robot.finish());
-  ASSERT_EQ(robot.locomotion.progress(), Progress::done);
+  ASSERT_TRUE(robot.succeeds());
   robot.locomotion.walk(robot.now_s, {.direction = 1, .heading_rad = 0, .speed = Speed::high});
   const double from_m = robot.locomotion.distance_m();
   robot.run(60);
@@ -324,8 +320,7 @@ TEST(IsolatedLegs, WalkThatIsCalledOffWhileItAlignsEndsStraight) {
   robot.locomotion.walk(0, {.direction = 1, .heading_rad = 0, .speed = Speed::high});
   robot.run(0.5);
   robot.locomotion.walk(robot.now_s, {.direction = 1, .heading_rad = 0, .speed = Speed::zero});
-  ASSERT_TRUE(robot.finish());
-  EXPECT_EQ(robot.locomotion.progress(), Progress::done);
+  ASSERT_TRUE(robot.succeeds());
   robot.expect_legs_at(0);
 }
 

@@ -40,8 +40,7 @@ RC_GTEST_PROP(StandUp, FromAnyUnknownAnglesEndsCalibratedWithAllLegsStraightDown
   Robot robot;
   for (RobotLeg& leg : robot.legs) put_anywhere(leg);
   robot.locomotion.stand_up(0);
-  RC_ASSERT(robot.finish());
-  RC_ASSERT(robot.locomotion.progress() == Progress::done);
+  RC_ASSERT(robot.succeeds());
   for (std::size_t i = 0; i < kLegs; ++i) {
     RC_ASSERT(robot.legs[i].calibrated);
     RC_ASSERT(std::abs(robot.theta_rad(i)) < kNear_rad);
@@ -97,8 +96,7 @@ TEST(StandUp, TurnsALegWithoutSensorOnceRoundAndGoesOnWithoutIt) {
     }
   };
   robot.locomotion.stand_up(0);
-  ASSERT_TRUE(robot.finish());
-  EXPECT_EQ(robot.locomotion.progress(), Progress::done);
+  ASSERT_TRUE(robot.succeeds());
   EXPECT_GT(fell_rad, 2 * kPi);
   EXPECT_LT(fell_rad, 2.2 * kPi);
   EXPECT_FALSE(robot.legs[2].calibrated);
@@ -117,8 +115,7 @@ RC_GTEST_PROP(StandUp, FindsLegsThatLostTheirReferenceOnAWalk, ()) {
     if (!leg.calibrated) leg.zero_rad = -leg.theta_rad;
   }
   robot.locomotion.stand_up(robot.now_s);
-  RC_ASSERT(robot.finish());
-  RC_ASSERT(robot.locomotion.progress() == Progress::done);
+  RC_ASSERT(robot.succeeds());
   for (std::size_t i = 0; i < kLegs; ++i) {
     RC_ASSERT(robot.legs[i].calibrated);
     RC_ASSERT(std::abs(robot.theta_rad(i)) < kNear_rad);
@@ -203,8 +200,7 @@ TEST(StandUp, WithThreeLegsLeftInTheAirBringsThemDownInsteadOfDroppingTheBody) {
 TEST(LayDown, FromStandingRollsBackUntilTheBellyCarries) {
   Robot robot;
   robot.locomotion.lay_down(0);
-  ASSERT_TRUE(robot.finish());
-  EXPECT_EQ(robot.locomotion.progress(), Progress::done);
+  ASSERT_TRUE(robot.succeeds());
   expect_all_at(robot, kRest_rad);
   EXPECT_GT(robot.legs[0].theta_rad, 0);  // backward, by the shortest way
   EXPECT_NEAR(robot.now_s, robot.parameters.lay_down_s, 0.1);
@@ -227,8 +223,7 @@ RC_GTEST_PROP(LayDown, FromUnknownAnglesFindsThemFirst, ()) {
     leg.calibrated = false;
   }
   robot.locomotion.lay_down(0);
-  RC_ASSERT(robot.finish());
-  RC_ASSERT(robot.locomotion.progress() == Progress::done);
+  RC_ASSERT(robot.succeeds());
   for (std::size_t i = 0; i < kLegs; ++i) {
     RC_ASSERT(std::abs(robot.theta_rad(i) - kRest_rad) < kNear_rad);
   }
@@ -252,8 +247,7 @@ TEST(LayDown, DoesNotSpinLegsThatLostTheirReferenceWhileItStandsOnThem) {
 TEST(Stow, Miss_2_LegsReachBeyondNeitherTheTopNorTheBottomOfTheBody) {
   Robot robot;
   robot.locomotion.stow(0);
-  ASSERT_TRUE(robot.finish());
-  EXPECT_EQ(robot.locomotion.progress(), Progress::done);
+  ASSERT_TRUE(robot.succeeds());
   const LocomotionParameters& p = robot.parameters;
   for (const RobotLeg& leg : robot.legs) {
     EXPECT_LT(hip_height_m(leg.theta_rad, p.leg_diameter_m), p.belly_height_m);
@@ -288,8 +282,7 @@ TEST(Posture, LegThatCannotTellIsGivenItsTime) {
   put_all_at(robot, kRest_rad);
   robot.legs[0].answers = false;
   robot.locomotion.stand_up(0);
-  ASSERT_TRUE(robot.finish());
-  EXPECT_EQ(robot.locomotion.progress(), Progress::done);
+  ASSERT_TRUE(robot.succeeds());
 }
 
 TEST(Posture, NaNFromALegIsNotAnAngle) {

@@ -130,6 +130,8 @@ struct Robot {
     }
     return false;
   }
+  // Until it is over, as it should be.
+  bool succeeds() { return finish() && locomotion.progress() == Progress::done; }
 
   int flying() const {
     return static_cast<int>(std::count_if(locomotion.targets().begin(), locomotion.targets().end(),

@@ -233,8 +233,7 @@ TEST(Walk, LyingDownWhileWalkingFinishesTheStepFirst) {
   robot.locomotion.walk(0, {.direction = 1, .heading_rad = 0, .speed = Speed::high});
   robot.run(9);
   robot.locomotion.lay_down(robot.now_s);
-  ASSERT_TRUE(robot.finish());
-  EXPECT_EQ(robot.locomotion.progress(), Progress::done);
+  ASSERT_TRUE(robot.succeeds());
   for (std::size_t i = 0; i < kLegs; ++i) EXPECT_NEAR(robot.theta_rad(i), 105.7 * kDegree, 0.06);
 }
 
