@@ -35,10 +35,6 @@ class Crossbow final : public SensorLine {
  private:
   // At opening 'R' is answered by 'H', then 'P' (polled), then 'c' is answered by 'C' (scaled).
   enum class Step : std::uint8_t { ping, pinged, polled, told, scaled, run };
-  struct Held {
-    LineByte byte{};
-    TimeNs time_ns = 0;  // it began on the line
-  };
 
   std::span<const std::uint8_t> say(std::uint8_t letter) noexcept;
   void begin(TimeNs now) noexcept;

@@ -30,16 +30,10 @@ class FlowCamera final : public SensorLine {
   static constexpr std::size_t kMostPayload = 32;  // longer ones are no frames of such a device
 
   void parse() noexcept;
-  void drop(std::size_t count) noexcept;
   void end_frame(std::size_t size) noexcept;
 
   FlowCameraParameters parameters_;
-  struct Byte {
-    std::uint8_t value = 0;
-    bool bad = false;
-    TimeNs time_ns = 0;
-  };
-  std::array<Byte, kHead + kMostPayload + 1> buffer_{};
+  std::array<Held, kHead + kMostPayload + 1> buffer_{};
   std::size_t size_ = 0;
 };
 

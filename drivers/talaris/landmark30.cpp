@@ -69,12 +69,6 @@ void LandMark30::restart(TimeNs now) noexcept {
   step_ns_ = alive_ns_ = now;
 }
 
-void LandMark30::drop(std::size_t bytes) noexcept {
-  std::copy(held_.begin() + static_cast<std::ptrdiff_t>(bytes),
-            held_.begin() + static_cast<std::ptrdiff_t>(size_), held_.begin());
-  size_ -= bytes;
-}
-
 void LandMark30::receive(std::span<const LineByte> bytes, TimeNs now) noexcept {
   status_.counters.bytes += bytes.size();
   for (std::size_t i = 0; i < bytes.size(); ++i) {
@@ -104,7 +98,7 @@ bool LandMark30::take_packet() noexcept {
   if (held_[0].byte.value != kSync) {
     in_step_ = false;
     ++status_.counters.skipped;
-    drop(1);
+    drop(held_, size_, 1);
     return true;
   }
   if (size_ < kPacket) return false;
@@ -114,7 +108,7 @@ bool LandMark30::take_packet() noexcept {
     if (in_step_) ++(looks == Looks::marked ? status_.counters.parity : status_.counters.bad_check);
     in_step_ = false;
     ++status_.counters.skipped;
-    drop(1);
+    drop(held_, size_, 1);
     return true;
   }
   const std::uint8_t counter = held_[1].byte.value;
@@ -123,13 +117,13 @@ bool LandMark30::take_packet() noexcept {
     const auto next = static_cast<std::uint8_t>(counter + 1);
     if (look(kPacket) != Looks::good || held_[kPacket + 1].byte.value != next) {
       ++status_.counters.skipped;
-      drop(1);
+      drop(held_, size_, 1);
       return true;
     }
   }
   in_step_ = true;
   accept();
-  drop(kPacket);
+  drop(held_, size_, kPacket);
   return true;
 }
 

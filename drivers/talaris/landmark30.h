@@ -38,15 +38,10 @@ class LandMark30 final : public SensorLine {
   TimeNs next_wake() const noexcept override;
 
  private:
-  struct Held {
-    LineByte byte{};
-    TimeNs time_ns = 0;  // it began on the line
-  };
   enum class Looks : std::uint8_t { no_packet, marked, bad_sum, good };
   static constexpr int kDone = 12;  // of the commands: pauses, rate, run
 
   Looks look(std::size_t at) const noexcept;
-  void drop(std::size_t bytes) noexcept;
   bool take_packet() noexcept;
   std::int64_t counts_since(std::uint8_t counter, TimeNs time_ns) const noexcept;
   bool goes_on(std::uint8_t counter, TimeNs time_ns) const noexcept;

@@ -8,6 +8,8 @@
 // character before that. What remains is the wake-up delay, which only makes a stamp late;
 // LandMark30 removes it with the sensor's own rhythm (landmark30.h).
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -74,6 +76,18 @@ class SensorLine {
   const LineStatus& status() const noexcept { return status_; }
 
  protected:
+  // A byte that is no packet yet.
+  struct Held {
+    LineByte byte{};
+    TimeNs time_ns = 0;  // it began on the line
+  };
+  // Takes away so many bytes at the front of `size`.
+  template <std::size_t N>
+  static void drop(std::array<Held, N>& held, std::size_t& size, std::size_t bytes) noexcept {
+    std::copy(held.data() + bytes, held.data() + size, held.data());
+    size -= bytes;
+  }
+
   void keep(const TalarisSample& sample) noexcept;
   // A packet of the IMU, by the sensor's own count.
   void tick(std::uint64_t count, TimeNs time_ns, int packets_per_frame, TimeNs period_ns) noexcept;
