@@ -32,6 +32,10 @@ bool flag_is(T t, Flag flag, bool on) {
   return has(t.result.next, flag) == on &&
          (t.result.next.flags & ~flag) == (t.before.flags & ~flag);
 }
+// Of the button or of power.
+Flag told_by(Event e) {
+  return one_of(e, {event::button_in, event::button_out}) ? kButtonIn : kPowerBad;
+}
 // Known from then on, and an emergency in Operational.
 bool cut_by(T t, Flag flag) {
   return has(t.result.next, flag) &&
@@ -301,18 +305,12 @@ constexpr std::array kOwnDuties = {
          "part III",
          {event::button_in, event::power_bad},
          any_state,
-         [](T t) {
-           const Flag flag = t.happening.event == event::button_in ? kButtonIn : kPowerBad;
-           return cut_by(t, flag);
-         }},
+         [](T t) { return cut_by(t, told_by(t.happening.event)); }},
     Duty{"a released button and returned power are known everywhere, and switch nothing on",
          "part III",
          {event::button_out, event::power_good},
          any_state,
-         [](T t) {
-           const Flag flag = t.happening.event == event::button_out ? kButtonIn : kPowerBad;
-           return only_flags(t) && flag_is(t, flag, false);
-         }},
+         [](T t) { return only_flags(t) && flag_is(t, told_by(t.happening.event), false); }},
     Duty{"a wheel that the others do not need can be taken out of service, its motor off",
          "Conf-3",
          {event::isolate},
