@@ -115,6 +115,11 @@ const is = (code) => page.waitForFunction(code);
 const say = (message, protocol = "lss-ground") => page.evaluate(([p, m]) => gateway.say(p, m), [protocol, message]);
 const stops = () => page.evaluate("gateway.stops()");
 const answer = (request, more) => say({type: "ack", request, command: "estop", final: false, ...more}, "lss-stop");
+// The last command of this name.
+const answered = async (command, phase, text) => {
+  const request = await page.evaluate((c) => gateway.sent.filter((m) => m.command === c && !m.dry_run).at(-1).id, command);
+  await say({type: "ack", request, command, phase, final: phase !== "accepted", reason: text ? {name: "a_reason", text, advice: ""} : null});
+};
 const linkIs = (name, tone) => page.waitForFunction(([n, t]) => [...document.querySelectorAll("#links div")].find((d) => d.textContent.startsWith(n))?.className === t, [name, tone]);
 const time = (goes) => page.evaluate((g) => gateway.time(g), goes);
 const hold = async (selector, released) => {
@@ -444,8 +449,7 @@ const tests = {
     await next();
     await page.keyboard.down("KeyW");
     await next(forward);
-    const id = await page.evaluate("gateway.sent.filter((m) => m.command === 'drive' && !m.dry_run).at(-1).id");
-    await say({type: "ack", request: id, command: "drive", phase: "rejected", final: true, reason: {name: "not_in_mode", text: "the brakes are on"}});
+    await answered("drive", "rejected", "the brakes are on");
     await says("#drives", "rejected: the brakes are on");
     await next(halt);
     await page.keyboard.up("KeyW");
@@ -496,8 +500,7 @@ const tests = {
     };
     const confirmed = async () => {  // that it stands still, and the stick was read some times more
       await is("gateway.order.findLastIndex(([o]) => o.endsWith('stop')) > gateway.order.findLastIndex(([o]) => o.endsWith('walk'))");
-      const request = await page.evaluate("gateway.sent.filter((m) => m.command === 'stop' && !m.dry_run).at(-1).id");
-      await say({type: "ack", request, command: "stop", phase: "completed", final: true});
+      await answered("stop", "completed");
       await page.evaluate("gateway.reads = 0");
       await is("gateway.reads > 4");
     };
@@ -529,10 +532,6 @@ const tests = {
       const [[, from_ms], [next, to_ms]] = await page.evaluate(`gateway.order.slice(${last([what])})`);
       assert.equal(next, "beat");
       assert.ok(to_ms - from_ms >= 1000, `a heartbeat ${to_ms - from_ms} ms after ${what}`);
-    };
-    const answered = async (command, phase, text) => {
-      const request = await page.evaluate((c) => gateway.sent.filter((m) => m.command === c && !m.dry_run).at(-1).id, command);
-      await say({type: "ack", request, command, phase, final: phase !== "accepted", reason: text ? {name: "a_reason", text, advice: ""} : null});
     };
 
     await page.click("#drive label");
