@@ -5,14 +5,13 @@
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
-#include <span>
 #include <thread>
 #include <utility>
 #include <vector>
 
 #include "drivers/lockstep/lockstep.h"
+#include "tests/support/copies.h"
 
 namespace lss {
 namespace {
@@ -102,14 +101,9 @@ TEST(FrameEngine, AFlippedBitOfAWaitingCommandIsCorrectedAndTwoReleaseNothing) {
   for (const std::size_t damaged : {0u, 1u, 2u}) {
     Stage s;
     s.compute(kFrame);
-    const std::span<std::uint8_t> memory = bytes_of(s.engine);
-    std::vector<std::uint8_t*> copies;
-    for (std::size_t at = 0; at + sizeof kCommand <= memory.size(); at += sizeof kCommand) {
-      if (std::memcmp(&memory[at], &kCommand, sizeof kCommand) == 0) copies.push_back(&memory[at]);
-    }
+    const auto copies = testing_support::copies_of(kCommand, bytes_of(s.engine));
     ASSERT_EQ(copies.size(), 2u);
-    if (damaged != 1) *copies[0] ^= 1;
-    if (damaged != 0) *copies[1] ^= 2;
+    testing_support::damage(copies, damaged);
     s.release(kFrame);
     const bool corrected = damaged != 2;
     EXPECT_EQ(s.sent, corrected ? std::vector{kCommand} : std::vector<int>{}) << damaged;

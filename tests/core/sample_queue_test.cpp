@@ -5,8 +5,9 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <vector>
+
+#include "tests/support/copies.h"
 
 namespace lss {
 namespace {
@@ -44,14 +45,9 @@ TEST(SampleQueue, CorrectsAFlippedBitAndDropsASampleOfWhichBothCopiesAreDamaged)
     SampleQueue<Stamped> queue;
     queue.push({1, kValue});
     queue.push({2, 7});
-    const std::span<std::uint8_t> memory = bytes_of(queue);
-    std::vector<std::uint8_t*> copies;
-    for (std::size_t at = 0; at + sizeof kValue <= memory.size(); at += sizeof kValue) {
-      if (std::memcmp(&memory[at], &kValue, sizeof kValue) == 0) copies.push_back(&memory[at]);
-    }
+    const auto copies = testing_support::copies_of(kValue, bytes_of(queue));
     ASSERT_EQ(copies.size(), 2u);
-    if (damaged != 1) *copies[0] ^= 1;
-    if (damaged != 0) *copies[1] ^= 2;
+    testing_support::damage(copies, damaged);
     const bool corrected = damaged != 2;
     EXPECT_EQ(taken(queue, 3),
               corrected ? (std::vector<std::uint64_t>{kValue, 7}) : std::vector<std::uint64_t>{7});

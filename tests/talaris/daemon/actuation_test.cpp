@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "drivers/canopen/canopen.h"
+#include "tests/support/copies.h"
 #include "tests/talaris/daemon/buses_rig.h"
 
 namespace lss::talaris {
@@ -93,15 +94,6 @@ TalarisOrders pulse_now() {
   return orders;
 }
 
-// Where the value is in memory, in order.
-std::vector<std::uint8_t*> copies_of(TimeNs value, std::span<std::uint8_t> memory) {
-  std::vector<std::uint8_t*> copies;
-  for (std::size_t at = 0; at + sizeof value <= memory.size(); at += sizeof value) {
-    if (std::memcmp(&memory[at], &value, sizeof value) == 0) copies.push_back(&memory[at]);
-  }
-  return copies;
-}
-
 // Radiation, between the release of a pulse and its end: tenths of a second.
 TEST_F(Actuate, AFlippedBitOfAPulseIsCorrectedAndTwoShutTheValves) {
   release(1200);
@@ -110,10 +102,9 @@ TEST_F(Actuate, AFlippedBitOfAPulseIsCorrectedAndTwoShutTheValves) {
     const TalarisOrders orders = pulse_now();
     actuation_.release(orders, orders.release_ns, orders.release_ns);
     ASSERT_EQ(actuation_.report().open, 1);
-    const std::vector<std::uint8_t*> copies = copies_of(kPulse, bytes_of(actuation_));
+    const auto copies = lss::testing_support::copies_of(kPulse, bytes_of(actuation_));
     ASSERT_EQ(copies.size(), 2u);
-    if (damaged != 1) *copies[0] ^= 1;
-    if (damaged != 0) *copies[1] ^= 2;
+    lss::testing_support::damage(copies, damaged);
     actuation_.run(orders.release_ns + kMillisecond);
     EXPECT_EQ(actuation_.report().open, damaged == 2 ? 0 : 1) << damaged;
     EXPECT_FALSE(actuation_.report().all_stop_pending);
@@ -129,7 +120,7 @@ TEST_F(Actuate, AParameterOfWhichBothCopiesAreDamagedIsThatOfTheStartAgain) {
   TalarisOrders orders = pulse_now();
   actuation_.release(orders, orders.release_ns, orders.release_ns);
   const std::uint64_t pulses = actuation_.report().counters.pulses[0];
-  const std::vector<std::uint8_t*> copies = copies_of(kStaleAfter, bytes_of(actuation_));
+  const auto copies = lss::testing_support::copies_of(kStaleAfter, bytes_of(actuation_));
   ASSERT_EQ(copies.size(), 3u) << "the start's, then both of the valves' timing";
   copies[1][7] ^= 0x80;  // all orders are stale
   copies[2][7] ^= 0xC0;
