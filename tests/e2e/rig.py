@@ -266,6 +266,12 @@ class Scenario(unittest.TestCase):
         self.wait_for_text(roudi, "ready for clients", BOOT_S)
         return roudi
 
+    def start_roudi_and_sim(self):
+        self.take_roudi()
+        roudi = self.start_roudi()
+        self.start_sim()
+        return roudi
+
     def subscribe(self, count, shared_memory):
         """Output of a subscriber built from the IDL alone, for this number of samples, twice; it must receive them."""
         words = [PEER, "telemetry", str(self.domain), str(count), "15"]

@@ -106,9 +106,7 @@ class Kill(Scenario):
     @real_time("shared memory")
     # [Prod-2]
     def test_a_killed_roudi_changes_nothing_but_the_way_of_telemetry(self):
-        self.take_roudi()
-        roudi = self.start_roudi()
-        self.start_sim()
+        roudi = self.start_roudi_and_sim()
         daemon = self.start_daemon(self.write_config(shared_memory=True))
         self.assertEqual(self.wait_modules()["shared_memory"], "active")
         client = self.begin_walk()
@@ -129,9 +127,7 @@ class Kill(Scenario):
 
     @real_time("shared memory")
     def test_a_roudi_that_hangs_changes_nothing_and_keeps_no_daemon_from_its_end(self):
-        self.take_roudi()
-        roudi = self.start_roudi()
-        self.start_sim()
+        roudi = self.start_roudi_and_sim()
         config = self.write_config(shared_memory=True)
         daemon = self.start_daemon(config)
         self.assertEqual(self.wait_modules()["shared_memory"], "active")
@@ -181,9 +177,7 @@ class Kill(Scenario):
 
     @real_time("shared memory")
     def test_a_subscriber_from_the_idl_alone_gets_loaned_samples_by_shared_memory(self):
-        self.take_roudi()
-        self.start_roudi()
-        self.start_sim()
+        self.start_roudi_and_sim()
         self.start_daemon(self.write_config(shared_memory=True))
         self.assertEqual(self.wait_modules()["shared_memory"], "active")
         said = self.subscribe(200, shared_memory=True)

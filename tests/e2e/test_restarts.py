@@ -53,9 +53,7 @@ class Zebro(Restarts, Scenario):
 
     @real_time("how long it takes")
     def test_a_roudi_that_stands_still_does_not_delay_the_orders_of_a_daemon_that_starts(self):
-        self.take_roudi()
-        roudi = self.start_roudi()
-        self.start_sim()
+        roudi = self.start_roudi_and_sim()
         self.tap = self.start_tap()
         roudi.halt()
         started_ns = time.monotonic_ns()
