@@ -329,6 +329,23 @@ TEST_F(Valves, OfWhichTheMemoryIsDamagedShutAndBeginAgain) {
   EXPECT_EQ(valves.open(), 0x01);
 }
 
+TEST_F(Valves, ThatBeginAgainAtAReleaseOpenWithItAndNotAtTheNextEdge) {
+  orders.pulse[2] = {0, 150 * kMillisecond};
+  orders.boundary_ns = orders.issued_ns = orders.release_ns = now;
+  valves.begin_again({}, {}, 0x01, now);
+  valves.release(orders, now);
+  send();
+  EXPECT_EQ(said, (std::vector<Said>{{now, 0}, {now, 0x04}}));
+  ASSERT_EQ(frames.size(), 2u);
+  EXPECT_EQ(frames[0].data[1], 0);
+  EXPECT_EQ(frames[1].data[1], 1) << "with sequence 0 the node would shut it";
+  EXPECT_EQ(valves.open(), 0x04);
+  EXPECT_EQ(valves.counters().pulses[2], 1u);
+  run_until(now + kFrame);
+  EXPECT_EQ(edges().back(), (Said{orders.release_ns + 150 * kMillisecond, 0}));
+  EXPECT_EQ(valves.counters().open_ns[2], 150 * kMillisecond);
+}
+
 TEST_F(Valves, NothingAllocates) {
   orders.pulse[0] = {50 * kMillisecond, 40 * kMillisecond};
   CanFrame frame;
