@@ -11,7 +11,8 @@
 // Driver: restart(now), next_wake(), take(samples) -> how many; with orders release(orders, now).
 // For an emergency stop that bypasses the cycle: all_stop(now), and stops_all(orders), whether no
 // order moves anything. Optional: published(), called when the samples of a turn can be popped;
-// reopened(now), instead of restart(now) when the line came back and the driver's memory is good.
+// reopened(now), instead of restart(now) when the line came back and the driver's memory is good;
+// begin_again(parameters of the line, status reported last, last orders, now) when it is not.
 
 #include <poll.h>
 
@@ -78,6 +79,10 @@ class BusThread {
   // Frame thread: the oldest sample stamped before `end`.
   bool pop(Sample& sample, TimeNs end) noexcept { return samples_.pop(sample, end); }
   const Report& report() noexcept { return report_.get(); }
+  // Frame thread. Both copies of the driver's memory were damaged since the last call.
+  bool take_memory_lost() noexcept {
+    return memory_lost_.exchange(false, std::memory_order_relaxed);
+  }
   std::uint64_t turns() const noexcept { return turns_.load(std::memory_order_relaxed); }
 
   void stop() noexcept {
@@ -116,11 +121,19 @@ class BusThread {
     reported_.was_open = true;
   }
 
-  // Nobody knows what the driver was about to do: it begins again and stops everything. The cycle
-  // notices by the all-stop of a driver that has one; others (TALARIS) follow the next orders.
+  // Nobody knows what the driver was about to do: it begins again and stops everything, which the
+  // cycle notices by the all-stop of a driver that has one. TALARIS' goes on in the air.
   void forget(TimeNs now) noexcept {
-    line_.driver().restart(now);
-    latch_.ask(now);
+    auto& driver = line_.driver();
+    if constexpr (requires {
+                    driver.begin_again(line_.parameters(), reported_.status, orders_.value(), now);
+                  }) {
+      driver.begin_again(line_.parameters(), reported_.status, orders_.value(), now);
+    } else {
+      driver.restart(now);
+      latch_.ask(now);
+    }
+    memory_lost_.store(true, std::memory_order_relaxed);
   }
 
   // True when there is something to receive, or the port is gone.
@@ -167,7 +180,7 @@ class BusThread {
   TimeNs reopen_ns_ = 0;
   Report reported_{};
   std::atomic<std::uint64_t> turns_{0};
-  std::atomic<bool> stop_{false};
+  std::atomic<bool> stop_{false}, memory_lost_{false};
 
   StopLatch latch_;
   Latest<Orders> orders_;

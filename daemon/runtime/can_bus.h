@@ -36,7 +36,7 @@ class CanLine {
   static constexpr std::size_t kMaxSamples = Driver::kMaxSamples;
 
   CanLine(const Parameters& parameters, std::string path, std::span<const CanFilter> filters)
-      : driver_(parameters), path_(std::move(path)), filters_(filters) {}
+      : parameters_(parameters), driver_(parameters), path_(std::move(path)), filters_(filters) {}
 
   // Before the thread runs: lets a second thread send on the bus.
   void attach(CanSender& sender) noexcept { port_.attach(&sender); }
@@ -52,6 +52,7 @@ class CanLine {
   }
 
   Driver& driver() noexcept { return driver_; }
+  const Parameters& parameters() const noexcept { return parameters_; }  // of the start
   CanStatus open() noexcept { return port_.open(path_.c_str(), filters_); }
   void begin() noexcept {}
   void close() noexcept {
@@ -93,6 +94,7 @@ class CanLine {
  private:
   static constexpr int kMostReads = 8;
 
+  const Parameters parameters_;
   Driver driver_;
   std::string path_;
   std::span<const CanFilter> filters_;

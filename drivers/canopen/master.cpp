@@ -56,6 +56,19 @@ void Master::restart(TimeNs now, TimeNs reset_at) noexcept {
   last_sync_ns_ = now - parameters_.sync_period_ns;
 }
 
+// A node that was operational is until its heartbeats say otherwise; one that was just being booted
+// is lost until then.
+void Master::take_over(std::size_t node, const NodeStatus& said, TimeNs now) noexcept {
+  if (node >= count_) return;
+  Node& n = nodes_[node];
+  n.status = said;
+  if (said.state == NodeState::operational) {
+    enter(n, said.state, now, now + parameters_.heartbeat.lost_after_ns());
+  } else {
+    enter(n, waits_for_leave(said.state) ? said.state : NodeState::lost, now, now);
+  }
+}
+
 void Master::enter(Node& node, NodeState state, TimeNs now, TimeNs deadline) noexcept {
   if (node.status.state != state) node.status.since_ns = now;
   node.status.state = state;

@@ -100,6 +100,10 @@ class Master {
 
   // The bus was opened (again): all nodes are booted from the beginning, not before `reset_at`.
   void restart(TimeNs now, TimeNs reset_at) noexcept;
+  // In the place of a master whose memory was lost and that last reported this: its counts go on,
+  // and no node is booted that ran.
+  void take_over(std::size_t node, const NodeStatus& said, TimeNs now) noexcept;
+  void take_over(const MasterCounters& said) noexcept { counters_ = said; }
 
   void receive(const CanFrame& frame) noexcept;  // by frame.time_ns
   // True: `frame` is to be sent now. Call until it returns false.

@@ -1,6 +1,7 @@
 #include "drivers/talaris/hopper_bus.h"
 
 #include <algorithm>
+#include <memory>
 
 #include "drivers/talaris/valves.h"
 
@@ -33,6 +34,18 @@ void HopperBus::restart(TimeNs now) noexcept {
 void HopperBus::reopened(TimeNs now) noexcept {
   if (safe() || orders_.boot_allowed) return restart(now);
   fans_ns_ = now;
+}
+
+void HopperBus::begin_again(const HopperBusParameters& parameters, const HopperStatus& said,
+                            const TalarisOrders& last, TimeNs now) noexcept {
+  std::construct_at(this, parameters);
+  counters_ = said.counters;
+  node_reset_serial_ = last.node_reset_serial;
+  master_.restart(now, now + parameters_.settle_ns);
+  master_.take_over(said.counters.master);
+  for (std::size_t i = 0; i < master_.nodes(); ++i) master_.take_over(i, said.link[i].node, now);
+  const bool in_the_air = last.issued_ns != 0 && !last.all_stop && !last.boot_allowed;
+  in_the_air ? release(last, now) : restart(now);
 }
 
 // Sequence 0: shuts, regardless of the last sequence of the actuate thread.

@@ -66,6 +66,10 @@ class HopperBus {
   // The bus was opened (again), or came back from bus-off: the same, but in the air, which is where
   // orders do not allow boots, it goes on.
   void reopened(TimeNs now) noexcept;
+  // Nothing in the memory of this object can be trusted: the same, with the orders that the thread
+  // had last, and with counts and nodes as they were reported last.
+  void begin_again(const HopperBusParameters& parameters, const HopperStatus& said,
+                   const TalarisOrders& last, TimeNs now) noexcept;
   // New orders, or the same with a new time.
   void release(const TalarisOrders& orders, TimeNs now) noexcept;
   void receive(std::span<const CanFrame> frames) noexcept;  // each by its time_ns

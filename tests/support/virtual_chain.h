@@ -18,6 +18,7 @@
 #include <string>
 #include <string_view>
 #include <typeinfo>
+#include <utility>
 #include <vector>
 
 #include "daemon/config/config.h"
@@ -273,13 +274,10 @@ class VirtualChain {
     line.from_master(frame, now_ns_);
   }
 
-  // Around a turn of the bus thread, as in daemon/runtime/bus_thread.h.
-  template <class Master, class Turn>
-  auto turn_held(Master& master, Twin<sizeof(Master)>& twin, StopLatch& latch, Turn&& turn) {
-    if (protect_ && twin.check(bytes_of(master)) == MemoryCheck::lost) {
-      master.restart(now_ns_);
-      latch.ask(now_ns_);
-    }
+  // Around a turn of the bus thread, as in daemon/runtime/bus_thread.h. forget(): as there.
+  template <class Master, class Forget, class Turn>
+  auto turn_held(Master& master, Twin<sizeof(Master)>& twin, Forget&& forget, Turn&& turn) {
+    if (protect_ && twin.check(bytes_of(master)) == MemoryCheck::lost) forget();
     struct Seal {
       Master& master;
       Twin<sizeof(Master)>& twin;
@@ -322,6 +320,7 @@ class VirtualChain {
   // The cycle of a frame whose samples and bus report are in `in_`.
   void run_cycle() {
     if (protect_) in_.memory = twins_.check(vehicle_, supervisor_);
+    if (std::exchange(bus_memory_lost_, false)) in_.memory = MemoryCheck::lost;
     in_.request_count = port_.take(in_.requests);
     cycle(vehicle_, supervisor_, in_, out_, [](Stage) {});
     ++cycles_;
@@ -372,6 +371,7 @@ class VirtualChain {
   Sealed<typename Vehicle::Command> due_;  // from the frame thread to the actuate thread
   Twins<Vehicle> twins_;
   bool protect_ = true;
+  bool bus_memory_lost_ = false;  // since the last frame: TALARIS reports it
 
  private:
   static config::Config load(const Source& source, Parameters& parameters) {

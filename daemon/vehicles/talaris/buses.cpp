@@ -186,6 +186,13 @@ std::size_t Buses::collect(TimeNs boundary_ns, std::span<TalarisSample> samples,
   return count;
 }
 
+bool Buses::take_memory_lost() noexcept {
+  bool lost = can_.take_memory_lost();
+  for (LineBus* line : {&imu_, &altimeter_, &camera_, &standby_})
+    lost = line->take_memory_lost() || lost;
+  return lost;
+}
+
 void Buses::release(const TalarisOrders& orders, const Boundary& boundary) noexcept {
   actuation_.release(orders, boundary.time_ns + offset_ns_, now_ns());
 }

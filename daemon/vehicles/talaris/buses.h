@@ -80,6 +80,9 @@ class Buses {
   std::size_t collect(TimeNs boundary_ns, std::span<TalarisSample> samples,
                       BusReport& report) noexcept;
 
+  // Frame thread: a bus thread's memory was damaged in both copies since the last call.
+  bool take_memory_lost() noexcept;
+
   // Actuate thread: orders of this frame, or again those of the frame before.
   void release(const TalarisOrders& orders, const Boundary& boundary) noexcept;
   Actuation& actuation() noexcept { return actuation_; }

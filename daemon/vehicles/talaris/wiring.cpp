@@ -21,6 +21,7 @@ class Wiring final : public Buses {
   void collect(lss::Inputs<Vehicle>& in) noexcept {
     in.sample_count =
         static_cast<std::uint32_t>(Buses::collect(in.time_ns, std::span(in.samples), in.bus));
+    if (take_memory_lost()) in.memory = MemoryCheck::lost;
   }
 };
 

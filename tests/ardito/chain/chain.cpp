@@ -55,8 +55,9 @@ void Chain::dispatch() {
     release_ns_ = kNever;
     RoverOrders due;
     const bool whole = take_due(due);
-    turn_held(master_, master_twin_, latch_,
-              [&] { latch_.obey(master_, whole ? &due : nullptr, now_ns_); });
+    turn_held(
+        master_, master_twin_, [this] { forget(); },
+        [&] { latch_.obey(master_, whole ? &due : nullptr, now_ns_); });
   }
   turn();
   if (now_ns_ < next_frame_ns_) return;
@@ -76,11 +77,17 @@ std::vector<Chain::Memory> Chain::memory() {
   return all;
 }
 
+void Chain::forget() {
+  master_.restart(now_ns_);
+  latch_.ask(now_ns_);
+}
+
 // The bus thread wakes and obeys.
 void Chain::all_stop() {
   latch_.ask(now_ns_);
-  turn_held(master_, master_twin_, latch_,
-            [this] { latch_.obey(master_, static_cast<const RoverOrders*>(nullptr), now_ns_); });
+  turn_held(
+      master_, master_twin_, [this] { forget(); },
+      [this] { latch_.obey(master_, static_cast<const RoverOrders*>(nullptr), now_ns_); });
   turn();
 }
 
@@ -91,11 +98,14 @@ void Chain::turn() {
     line_->advance(now_ns_);
     return;
   }
-  const bool told = turn_held(master_, master_twin_, latch_, [this] {
-    latch_.obey(master_, static_cast<const RoverOrders*>(nullptr), now_ns_);
-    return testing_support::turn_can(*line_, master_, report_, samples_, now_ns_,
-                                     [this](const CanFrame& frame) { send_can(*line_, frame); });
-  });
+  const bool told = turn_held(
+      master_, master_twin_, [this] { forget(); },
+      [this] {
+        latch_.obey(master_, static_cast<const RoverOrders*>(nullptr), now_ns_);
+        return testing_support::turn_can(
+            *line_, master_, report_, samples_, now_ns_,
+            [this](const CanFrame& frame) { send_can(*line_, frame); });
+      });
   if (told) {
     report_.all_stop_pending = latch_.pending();
   }

@@ -65,6 +65,7 @@ class Chain final : public testing_support::VirtualChain<Vehicle, Mode, Paramete
   void dispatch() override;
   void all_stop() override;
   void turn();
+  void forget();
 
   std::unique_ptr<sim::ardito::Ardito> world_;
   std::unique_ptr<sim::CanBus> line_;

@@ -39,6 +39,20 @@ TEST(TalarisBusOff, OfAHundredMillisecondsIsFlownThrough) {
   }
 }
 
+// The fans go on until it has landed: flips.md.
+TEST(TalarisBusMemory, DamagedInBothCopiesItLands) {
+  unsigned seed = 0;
+  for (const Phase phase : kStruckPhases) {
+    const auto [flown, fans_off, resets] = fly_through_damage(phase, ++seed);
+    SCOPED_TRACE(std::string(kPhaseNames[static_cast<std::size_t>(phase)]) + ", " + flown.text());
+    EXPECT_EQ(fans_off, 0u);
+    EXPECT_EQ(resets, 0u);
+    EXPECT_NE(std::ranges::find(flown.faults, FaultId::memory_lost), flown.faults.end());
+    EXPECT_TRUE(flown.upright());
+    EXPECT_LE(flown.down_m_s, 2);
+  }
+}
+
 TEST(TalarisFailedActuators, OthersThanFansAndLiftValvesThatStayOpenAreSurvived) {
   std::size_t number = 0;
   for (const ActuatorFailure& failure : actuator_failures()) {

@@ -133,7 +133,9 @@ void Chain::release() {
   due.release_ns = due_ns;
   valves_.release(due, now_ns_);
   send_edges(due_ns);
-  turn_held(master_, master_twin_, latch_, [&] { master_.release(due, now_ns_); });
+  turn_held(
+      master_, master_twin_, [this] { forget(); }, [&] { master_.release(due, now_ns_); });
+  ordered_ = due;
   reset_serial_ = due.node_reset_serial;
 }
 
@@ -146,14 +148,14 @@ void Chain::obey() {
   if (!latch_.fell()) return;
   valves_.all_stop(now_ns_);
   send_edges(now_ns_);
-  turn_held(master_, master_twin_, latch_, [this] {
-    master_.release({.issued_ns = now_ns_,
-                     .boundary_ns = now_ns_,
-                     .release_ns = now_ns_,
-                     .all_stop = true,
-                     .node_reset_serial = reset_serial_},
-                    now_ns_);
-  });
+  const TalarisOrders stop{.issued_ns = now_ns_,
+                           .boundary_ns = now_ns_,
+                           .release_ns = now_ns_,
+                           .all_stop = true,
+                           .node_reset_serial = reset_serial_};
+  turn_held(
+      master_, master_twin_, [this] { forget(); }, [&] { master_.release(stop, now_ns_); });
+  ordered_ = stop;
 }
 
 void Chain::send_edges(TimeNs due_ns) {
@@ -166,13 +168,20 @@ void Chain::send_edges(TimeNs due_ns) {
   edges_.all_stop_pending = latch_.pending();
 }
 
-// ---- the bus thread, as daemon/runtime/can_bus.h
+// ---- the bus thread, as daemon/runtime/bus_thread.h and can_bus.h
+
+void Chain::forget() {
+  master_.begin_again(parameters_.buses.can, can_.status, ordered_, now_ns_);
+  bus_memory_lost_ = true;
+}
 
 void Chain::turn_can() {
-  turn_held(master_, master_twin_, latch_, [this] {
-    testing_support::turn_can(*wire_, master_, can_, samples_, now_ns_,
-                              [this](const CanFrame& frame) { send_can(*wire_, frame); });
-  });
+  turn_held(
+      master_, master_twin_, [this] { forget(); },
+      [this] {
+        testing_support::turn_can(*wire_, master_, can_, samples_, now_ns_,
+                                  [this](const CanFrame& frame) { send_can(*wire_, frame); });
+      });
 }
 
 // ---- the frame thread, as daemon/runtime/frames.h and runtime.h

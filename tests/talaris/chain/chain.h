@@ -95,6 +95,7 @@ class Chain final : public testing_support::VirtualChain<Vehicle, Mode, Paramete
   void release();
   void obey();
   void send_edges(TimeNs due_ns);
+  void forget();
   void turn_can();
   void begin_frame();
   void frame(const Boundary& boundary);
@@ -110,6 +111,7 @@ class Chain final : public testing_support::VirtualChain<Vehicle, Mode, Paramete
   HopperBus master_;
   Twin<sizeof(HopperBus)> master_twin_;
   HopperCan::Report can_{};
+  TalarisOrders ordered_{};  // that the bus thread had last
   SampleQueue<TalarisSample> samples_;
   ValveSequencer valves_;
   Twin<sizeof(ValveSequencer)> valves_twin_;

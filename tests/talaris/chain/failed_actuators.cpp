@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <bit>
 #include <random>
+#include <stdexcept>
 
 #include "idl/talaris/codes.h"
 
@@ -86,6 +90,7 @@ Struck strike(const ActuatorFailure& failure, Phase phase, unsigned seed) {
 namespace {
 
 // `fault` lasts for so long, from a time in `phase` on that the seed chooses; then begun(chain).
+// "": only that.
 Flown fly_through(const std::string& fault, double lasts_s, Phase phase, unsigned seed,
                   FlightPlan plan, const std::function<void(Chain&)>& begun) {
   const auto [from_s, to_s] = window(phase);
@@ -93,22 +98,48 @@ Flown fly_through(const std::string& fault, double lasts_s, Phase phase, unsigne
   const double when_s = std::uniform_real_distribution(from_s, to_s)(random);
   TimeNs begun_ns = 0;
   enum { waits, lasts, over } state = waits;
-  plan.faults = {fault};
+  plan.faults = {fault};  // so that the step is asked
   plan.strike_step = [&](Chain& chain) {
     if (begun_ns == 0 && chain.phase() == phase) begun_ns = chain.now();
     const double since_s = static_cast<double>(chain.now() - begun_ns) * 1e-9 - when_s;
     if (begun_ns == 0 || since_s < 0) return false;
     if (state == waits) {
-      chain.inject(fault);
+      if (!fault.empty()) chain.inject(fault);
       begun(chain);
       state = lasts;
     } else if (state == lasts && since_s >= lasts_s) {
-      chain.inject("clear:" + fault.substr(0, fault.find(':')));
+      if (!fault.empty()) chain.inject("clear:" + fault.substr(0, fault.find(':')));
       state = over;
     }
     return false;
   };
   return fly(plan, seed);
+}
+
+// Counts orders of the bus master for so long.
+void count_stops(Chain& chain, double for_s, Outage& outage) {
+  const TimeNs end_ns = chain.now() + testing_support::to_ns(for_s);
+  chain.on_master = [&outage, &chain, end_ns](const CanFrame& frame, TimeNs now) {
+    if (now > end_ns || chain.phase() == Phase::touchdown) return;
+    const bool off = (frame.data[0] | frame.data[1] << 8) == kFanOff_us;
+    if (frame.id == 0x221 && off) ++outage.fans_off;
+    if (frame.id == 0x000 && frame.data[0] != 1) ++outage.resets;
+  };
+}
+
+// Of the bus master, in both copies: by it all orders are too old.
+void damage_master(Chain& chain) {
+  const auto value = std::bit_cast<std::array<std::uint8_t, sizeof(TimeNs)>>(
+      chain.parameters().buses.can.stale_after_ns);
+  std::uint8_t flipped = 0x80;
+  for (const Chain::Memory& part : chain.memory()) {
+    const std::size_t size = part.bytes.size();
+    if (size != sizeof(HopperBus) && size != sizeof(Twin<sizeof(HopperBus)>)) continue;
+    const auto found = std::ranges::search(part.bytes, value);
+    if (found.empty()) throw std::runtime_error("the parameter is not in the master's memory");
+    found.back() ^= flipped;
+    flipped = 0xC0;
+  }
 }
 
 }  // namespace
@@ -120,16 +151,17 @@ Flown fly_through_cut(double cut_s, Phase phase, unsigned seed) {
 Outage fly_through_bus_off(double off_s, Phase phase, unsigned seed) {
   constexpr double kFrame_s = 0.2;
   Outage outage;
-  outage.flown =
-      fly_through(fmt::format("bus-off:{}", off_s), off_s, phase, seed, {}, [&](Chain& chain) {
-        const TimeNs end_ns = chain.now() + testing_support::to_ns(off_s + kFrame_s);
-        chain.on_master = [&outage, &chain, end_ns](const CanFrame& frame, TimeNs now) {
-          if (now > end_ns || chain.phase() == Phase::touchdown) return;
-          const bool off = (frame.data[0] | frame.data[1] << 8) == kFanOff_us;
-          if (frame.id == 0x221 && off) ++outage.fans_off;
-          if (frame.id == 0x000 && frame.data[0] != 1) ++outage.resets;
-        };
-      });
+  outage.flown = fly_through(fmt::format("bus-off:{}", off_s), off_s, phase, seed, {},
+                             [&](Chain& chain) { count_stops(chain, off_s + kFrame_s, outage); });
+  return outage;
+}
+
+Outage fly_through_damage(Phase phase, unsigned seed) {
+  Outage outage;
+  outage.flown = fly_through("", 0, phase, seed, {}, [&](Chain& chain) {
+    damage_master(chain);
+    count_stops(chain, 0.3, outage);
+  });
   return outage;
 }
 

@@ -47,4 +47,7 @@ struct Outage {
 };
 Outage fly_through_bus_off(double off_s, Phase phase, unsigned seed);
 
+// The same, both copies of the bus master's memory being damaged.
+Outage fly_through_damage(Phase phase, unsigned seed);
+
 }  // namespace lss::talaris

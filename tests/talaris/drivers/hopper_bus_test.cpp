@@ -306,67 +306,6 @@ TEST(HopperBus, ABusThatWasOpenedAgainForgetsTheOrders) {
   EXPECT_EQ(world.fan_node().fan_us[0], 1800);
 }
 
-// Boots it; in the air, by its orders, with the fans on.
-void boot_flying(HopperWorld& world) {
-  world.boot();
-  world.orders.boot_allowed = false;
-  world.orders.fan_us = {1700, 1700, 1700, 1700};
-  world.run_frames(2);
-  world.sent.clear();
-}
-
-// Neither is a node reset nor are fans told to stop.
-void expect_no_break(HopperWorld& world) {
-  EXPECT_GE(world.sent_with(0x221).size(), 5u);
-  for (const CanFrame& f : world.sent_with(0x221)) EXPECT_EQ(f.data[0] | f.data[1] << 8, 1700);
-  for (const CanFrame& f : world.sent_with(0x000)) EXPECT_EQ(f.data[0], 1) << "start only";
-  for (const CanFrame& f : world.sent_with(0x220)) EXPECT_NE(f.data[1], 0);
-}
-
-TEST(HopperBus, InTheAirABusThatWasOpenedAgainKeepsTheOrders) {
-  HopperWorld world;
-  boot_flying(world);
-  const int resets = world.valve_node().resets + world.fan_node().resets;
-  world.bus.reopened(world.now);
-  world.run_for(150 * kMillisecond);
-  expect_no_break(world);
-  EXPECT_EQ(world.fan_node().fan_us[0], 1700);
-  EXPECT_EQ(world.fan_node().forgotten, 0);
-  EXPECT_EQ(world.valve_node().resets + world.fan_node().resets, resets);
-  EXPECT_EQ(world.state(kFanNode), NodeState::operational);
-  world.orders.all_stop = true;
-  world.release();
-  world.bus.reopened(world.now);
-  world.run_for(100 * kMillisecond);
-  EXPECT_EQ(world.fan_node().fan_us[0], 1000);
-}
-
-TEST(HopperBus, InTheAirNodesThatFellBackDuringAnOutageAreBootedWithoutAReset) {
-  HopperWorld world;
-  boot_flying(world);
-  const int resets = world.valve_node().resets + world.fan_node().resets;
-  world.master_dead = world.actuate_dead = true;
-  world.run_for(300 * kMillisecond);
-  ASSERT_EQ(world.fan_node().master_lost, 1);
-  world.master_dead = world.actuate_dead = false;
-  world.bus.reopened(world.now);  // the orders are too old now, but newer ones wait
-  world.release();
-  world.run_for(150 * kMillisecond);
-  expect_no_break(world);
-  EXPECT_EQ(world.state(kFanNode), NodeState::operational);
-  EXPECT_EQ(world.fan_node().fan_us[0], 1700);
-  EXPECT_EQ(world.valve_node().resets + world.fan_node().resets, resets);
-}
-
-// After damage to both copies of its memory.
-TEST(HopperBus, InTheAirARestartForgetsTheOrders) {
-  HopperWorld world;
-  boot_flying(world);
-  world.bus.restart(world.now);
-  world.run_for(30 * kMillisecond);
-  EXPECT_EQ(world.fan_node().fan_us[0], 1000);
-}
-
 TEST(HopperBus, ANodeIsResetOncePerOrder) {
   HopperWorld world;
   world.boot();
