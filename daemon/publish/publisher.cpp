@@ -138,7 +138,6 @@ void Publisher::saved(const SaveResult& result) {
     parameters_.saved = result.saved;
     parameters_.number = result.number;
     parameters_.state = SavedState::good;
-    next_status_ns_ = 0;
   }
   face_->parameters(parameters_);
   EventRecord event{.time_ns = now, .severity = failed ? Severity::warning : Severity::info};
@@ -175,7 +174,6 @@ void Publisher::drain() {
   for (const SaveResult& result : results) saved(result);
   for (EventRecord event; events_.pop(event);) {
     publish(event);
-    next_status_ns_ = 0;  // something changed: publish it
     if (event.id == static_cast<std::uint16_t>(EventId::timing_reset)) {
       statistics_.reset();
       statistics_from_ns_ = event.time_ns;
@@ -311,6 +309,7 @@ void Publisher::publish(const EventRecord& event) {
 
 void Publisher::publish(const EventRecord& event, std::string text) {
   face_->event(event, text);
+  next_status_ns_ = 0;  // it counts the events: clients know by it which is the last one
   if (event.id >= kFaultEventBase) {  // the log has no list of advice
     const CodeInfo* fault = info(static_cast<FaultId>(event.id - kFaultEventBase));
     text = fmt::format("fault: {}. {}", text, fault ? fault->advice : "");
