@@ -1,0 +1,167 @@
+// The legs of lss-sim in the shape of SandBot, a robot that others measured on poppy seeds: it
+// walks on firm ones, and swims in loose ones or when its legs turn too fast. With
+// LSS_WRITE_RESULTS set, with another gait, too, and into docs/soil.md.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <iterator>
+#include <numbers>
+#include <string>
+
+#include "tests/support/section.h"
+#include "tests/support/stamp.h"
+#include "tools/lss-sim/zebro/soil_robot.h"
+
+namespace lss::sim::zebro {
+namespace {
+
+constexpr double kTurn_rad = 2 * std::numbers::pi;
+
+// C. Li, P. B. Umbanhowar, H. Komsuoglu, D. E. Koditschek, D. I. Goldman, "Sensitive dependence of
+// the motion of a legged robot on granular media", PNAS 106, 2009. Mass: abstract; length: Physics
+// Today 62, 4, 2009. Legs, height of the hips: from memory. Places of the hips, width of the body:
+// ours.
+constexpr RobotShape kSandBot = {.mass_kg = 2.3,
+                                 .length_m = 0.30,
+                                 .width_m = 0.13,
+                                 .hip_height_m = 0.025,
+                                 .leg_diameter_m = 0.071,
+                                 .leg_width_m = 0.010,
+                                 .hip_x_m = {0.11, 0.11, 0, 0, -0.11, -0.11},
+                                 .hip_y_m = {0.08, -0.08, 0.10, -0.10, 0.08, -0.08}};
+
+// Each leg turns slowly through `sweep_rad` around `middle_rad` (from straight down, negative
+// ahead) in the share `duty` of a cycle, fast through the rest of the turn. From memory.
+struct Gait {
+  double sweep_rad, middle_rad, duty;
+};
+constexpr Gait kHardGround = {.sweep_rad = 0.85, .middle_rad = 0.13, .duty = 0.56};
+constexpr Gait kAdjusted = {.sweep_rad = 1.10, .middle_rad = -0.50, .duty = 0.45};
+
+double angle_rad(const Gait& gait, double cycles) {
+  const double whole = std::floor(cycles), part = cycles - whole;
+  const double within =
+      part < gait.duty ? gait.sweep_rad * part / gait.duty
+                       : kTurn_rad - (kTurn_rad - gait.sweep_rad) * (1 - part) / (1 - gait.duty);
+  return kTurn_rad * whole + gait.middle_rad - gait.sweep_rad / 2 + within;
+}
+
+// Factors of resistive force theory, N/cm3: tests/sim/soil_test.cpp. `middle`: their mean.
+constexpr double kLoose = 0.248, kClose = 0.464;
+struct Packing {
+  const char* name;
+  double factor_N_cm3;
+};
+constexpr Packing kPackings[] = {{"loose", kLoose},
+                                 {"middle", (kLoose + kClose) / 2},
+                                 {"close", kClose},
+                                 {"firm", 100 * kClose}};
+constexpr std::size_t kCount = std::size(kPackings);
+constexpr std::size_t kOfLoose = 0, kOfClose = 2, kOfFirm = 3;
+
+struct Walked {
+  double speed_m_s = 0;
+  double free = 0;  // share of the time that the middle of the underside is above the surface
+};
+
+// Whole cycles for 2 s, after as many. The legs turn as ordered, whatever their load.
+Walked walk(const Packing& packing, const Gait& gait, double frequency_rad_s) {
+  const soil::Soil seeds = {
+      .name = "poppy seeds", .source = "", .frictional = packing.factor_N_cm3 * 1e6};
+  SoilRobot robot({.gravity_m_s2 = soil::kEarth_m_s2, .soil = seeds, .scatter_rad = 0}, kStep_s,
+                  kSandBot);
+  const auto step = [&](double cycles, double most_rad_s) {
+    std::array<ShaftDrive, kLegs> drives;
+    for (std::size_t leg = 0; leg < drives.size(); ++leg) {
+      const bool first = leg == 0 || leg == 3 || leg == 4;
+      const double away_rad =
+          angle_rad(gait, cycles + (first ? 0 : 0.5)) - robot.shafts()[leg].angle_rad;
+      drives[leg] = {.velocity_rad_s = std::clamp(away_rad / kStep_s, -most_rad_s, most_rad_s),
+                     .torque_limit_Nm = 1e3};
+    }
+    robot.step(drives);
+  };
+  for (int i = 0; i < 1000; ++i) step(1, 4);  // from lying, to the beginning of a cycle
+  const double cycle_s = kTurn_rad / frequency_rad_s;
+  const long steps = std::lround(std::ceil(2 / cycle_s) * cycle_s / kStep_s);
+  const auto whole_cycles = [&](long from) {
+    Walked walked;
+    const BodyState before = robot.body();
+    for (long i = from; i < from + steps; ++i) {
+      step(1 + static_cast<double>(i + 1) * kStep_s / cycle_s, 1e3);
+      if (robot.body().position_m.z() > kSandBot.hip_height_m)
+        walked.free += 1 / static_cast<double>(steps);
+    }
+    const Eigen::Vector3d way_m =
+        before.attitude.conjugate() * (robot.body().position_m - before.position_m);
+    walked.speed_m_s = way_m.x() / (static_cast<double>(steps) * kStep_s);
+    return walked;
+  };
+  whole_cycles(0);
+  return whole_cycles(steps);
+}
+
+constexpr const char* kMethod =
+    "A robot of 2.3 kg, 30 cm long, six C-shaped legs, alternating tripods, on 1 mm poppy seeds: "
+    "C. Li et al., PNAS 106, 2009 (**only the\nabstract was read**). *Limb frequency*: mean rate "
+    "of turn of a leg; *loose*, *middle*, *close*, *firm*: 0.248, 0.356, 0.464, 46.4 N/cm3.\n"
+    "Cells: speed in cm/s, share of the time in which the underside is above the surface (0 %: "
+    "the robot swims). Nothing is fitted. **From\nmemory**: legs of 71 mm, 10 mm wide, hips 25 mm "
+    "above the underside, both gaits. Ours: places of the hips, width of the body, half\ncircles "
+    "as legs, legs that turn as ordered under any load.\n\n";
+
+TEST(SandBot, WalksOnFirmSeedsAndSwimsInLooseOnesOrWhenItsLegsTurnTooFast) {
+  const bool writing = std::getenv("LSS_WRITE_RESULTS") != nullptr;
+  std::string text = "Measured " + testing_support::stamp(LSS_SOIL_DOCUMENT) +
+                     " by `LSS_WRITE_RESULTS=1 zebro_sandbot_test`.\n" + kMethod +
+                     "| limb frequency, rad/s | loose | middle | close | firm | loose, hard gait "
+                     "| middle, hard gait | close, hard gait | firm, hard gait |\n"
+                     "|---|---|---|---|---|---|---|---|---|\n";
+  constexpr double kSwims = 0.01, kNever_rad_s = 1e9;
+  std::array<double, kCount> swims_from_rad_s;
+  swims_from_rad_s.fill(kNever_rad_s);
+  std::array<double, kCount> fastest_m_s{};
+  double last_close_m_s = 0;
+  for (double frequency_rad_s = 4; frequency_rad_s <= 28; frequency_rad_s += 4) {
+    SCOPED_TRACE(frequency_rad_s);
+    text += fmt::format("| {:.0f} |", frequency_rad_s);
+    std::array<Walked, kCount> all;
+    for (std::size_t i = 0; i < kCount; ++i) {
+      const Walked& w = all[i] = walk(kPackings[i], kAdjusted, frequency_rad_s);
+      text += fmt::format(" {:.1f}, {:.0f} % |", w.speed_m_s * 100, w.free * 100);
+      fastest_m_s[i] = std::max(fastest_m_s[i], w.speed_m_s);
+      if (w.free < kSwims) swims_from_rad_s[i] = std::min(swims_from_rad_s[i], frequency_rad_s);
+      if (i == 0) continue;
+      EXPECT_GE(w.free, all[i - 1].free - kSwims) << kPackings[i].name;
+      EXPECT_GT(w.speed_m_s, all[i - 1].speed_m_s - 0.01) << kPackings[i].name;
+    }
+    if (all[kOfClose].free >= kSwims) {  // it walks
+      EXPECT_GT(all[kOfClose].speed_m_s, last_close_m_s);
+      EXPECT_GT(all[kOfClose].speed_m_s, 2 * all[kOfLoose].speed_m_s);
+      last_close_m_s = all[kOfClose].speed_m_s;
+    }
+    for (const Packing& packing : kPackings) {
+      if (!writing) break;
+      const Walked w = walk(packing, kHardGround, frequency_rad_s);
+      text += fmt::format(" {:.1f}, {:.0f} % |", w.speed_m_s * 100, w.free * 100);
+    }
+    text += "\n";
+  }
+  EXPECT_EQ(swims_from_rad_s[kOfLoose], 4);
+  EXPECT_TRUE(std::ranges::is_sorted(swims_from_rad_s));
+  EXPECT_GT(swims_from_rad_s[kOfClose], 8);
+  EXPECT_LT(swims_from_rad_s[kOfClose], kNever_rad_s);
+  EXPECT_EQ(swims_from_rad_s[kOfFirm], kNever_rad_s);
+  EXPECT_NEAR(fastest_m_s[kOfClose], 0.30, 0.15) << "the fastest of the measured robot";
+  fmt::print("{}", text);
+  if (writing)
+    testing_support::write_section(LSS_SOIL_DOCUMENT, "Legs beside a measured robot", text);
+}
+
+}  // namespace
+}  // namespace lss::sim::zebro
