@@ -19,8 +19,7 @@
 #include "tests/ardito/chain/drives.h"
 #include "tests/ardito/chain/fault_runs.h"
 #include "tests/ardito/chain/jobs.h"
-#include "tests/support/section.h"
-#include "tests/support/stamp.h"
+#include "tests/ardito/chain/soil_document.h"
 #include "tools/lss-sim/ardito/train.h"
 
 namespace lss::ardito {
@@ -29,26 +28,6 @@ namespace {
 using sim::ardito::Ground;
 using sim::soil::kEarth_m_s2;
 using sim::soil::kMoon_m_s2;
-
-bool writing() { return std::getenv("LSS_WRITE_RESULTS") != nullptr; }
-
-// 20, or LSS_RESULTS_SEEDS; in the test one.
-unsigned seeds_of_results() {
-  if (!writing()) return 1;
-  const char* wanted = std::getenv("LSS_RESULTS_SEEDS");
-  return wanted == nullptr ? 20 : static_cast<unsigned>(std::atoi(wanted));
-}
-
-// Limits of the detection of a single wheel that digs itself in were chosen with seeds below this.
-constexpr unsigned kNewSeeds = 101;
-
-void write(const std::string& title, const std::string& test, const std::string& text) {
-  testing_support::write_section(
-      LSS_DOCUMENT, title,
-      "Measured " + testing_support::stamp(LSS_DOCUMENT) +
-          " by\n`LSS_WRITE_RESULTS=1 ardito_soil_results_test --gtest_filter=" + test + "`.\n" +
-          text);
-}
 
 // ---- how it drives
 
@@ -291,314 +270,46 @@ DugIn dig_in(const char* soil, double slope_deg, unsigned seed) {
 }
 
 TEST(ArditoSoil, DigsIn) {
-  const unsigned seeds = seeds_of_results();
+  const std::vector<unsigned> seeds = seeds_from(1);
   const std::vector<std::pair<const char*, double>> cases = {{"regolith", 15}, {"sand", 10}};
   const std::size_t tried = writing() ? cases.size() : 1;
-  std::vector<DugIn> runs(tried * seeds);
+  std::vector<DugIn> runs(tried * seeds.size());
   for_each_job(runs.size(), [&](std::size_t i) {
-    const auto& [soil, slope_deg] = cases[i / seeds];
-    runs[i] = dig_in(soil, slope_deg, static_cast<unsigned>(i % seeds + 1));
+    const auto& [soil, slope_deg] = cases[i / seeds.size()];
+    runs[i] = dig_in(soil, slope_deg, seeds[i % seeds.size()]);
   });
   std::string text = fmt::format(
       "Up a slope that is too steep, at 0.3 m/s in the Earth's gravity, then by command backward "
-      "for 4 s; seeds 1 to {}. *Noticed*: from\nthe wheels' start to `rover_stuck`; *depth* of the "
+      "for 4 s; seeds {} to {}. *Noticed*: from\nthe wheels' start to `rover_stuck`; *depth* of "
+      "the "
       "deepest wheel; *stopped*: all wheels stand 2 s later; *out*: more than 0.5 m\nback, and not "
       "stuck again.\n\n"
       "| soil | slope, deg | noticed | after, s | depth till then, mm | stopped | depth then, mm | "
       "out "
       "|\n|---|---|---|---|---|---|---|---|\n",
-      seeds);
+      seeds.front(), seeds.back());
   for (std::size_t c = 0; c < tried; ++c) {
     unsigned noticed = 0, stood = 0, out = 0;
     double least_s = 1e9, most_s = 0, moving_m = 0, stopped_m = 0;
-    for (unsigned n = 0; n < seeds; ++n) {
-      const DugIn& run = runs[c * seeds + n];
+    for (std::size_t n = 0; n < seeds.size(); ++n) {
+      const DugIn& run = runs[c * seeds.size() + n];
       noticed += run.noticed ? 1 : 0, stood += run.stood ? 1 : 0, out += run.out ? 1 : 0;
       least_s = std::min(least_s, run.noticed_s), most_s = std::max(most_s, run.noticed_s);
       moving_m = std::max(moving_m, run.moving_m), stopped_m = std::max(stopped_m, run.stopped_m);
     }
     if (!writing()) {
-      EXPECT_EQ(noticed, seeds);
-      EXPECT_EQ(stood, seeds);
-      EXPECT_EQ(out, seeds);
+      EXPECT_EQ(noticed, seeds.size());
+      EXPECT_EQ(stood, seeds.size());
+      EXPECT_EQ(out, seeds.size());
       EXPECT_LT(most_s, 5);
     }
     text +=
         fmt::format("| {} | {:.0f} | {} of {} | {:.1f} to {:.1f} | {:.0f} | {} | {:.0f} | {} |\n",
-                    cases[c].first, cases[c].second, noticed, seeds, least_s, most_s,
+                    cases[c].first, cases[c].second, noticed, seeds.size(), least_s, most_s,
                     moving_m * 1e3, stood, stopped_m * 1e3, out);
   }
   fmt::print("{}", text);
   if (writing()) write("Ardito digs itself in", "ArditoSoil.DigsIn", text);
-}
-
-// ---- one wheel digs itself in
-
-// A patch of softer soil in the way of one wheel, in regolith.
-struct SoftPlace {
-  const char* patch;
-  double slope_deg = 0;
-  Ground ground = Ground::flat;
-  double gravity_m_s2 = kEarth_m_s2;
-  const char* fault = "";  // of lss-sim, from the beginning
-
-  // Patch, ground and slope, with this between them.
-  std::string name(const char* between) const {
-    return fmt::format("{}{}{}, {}{}{:.0f}", patch, between,
-                       ground == Ground::hills ? "hills" : "level",
-                       gravity_m_s2 == kMoon_m_s2 ? "Moon" : "Earth", between, slope_deg);
-  }
-};
-
-struct Embedded {
-  bool noticed = false, stuck = false, stood = false, out = false;
-  double noticed_s = 0;                // since the wheel came to the patch
-  double moving_m = 0, stopped_m = 0;  // its depth
-  double in_m = 0;                     // way of its axle into the patch
-  double out_s = 0;                    // of the way back
-  std::string wrong;                   // other faults
-};
-
-struct WayOut {
-  const char* name = "";
-  double speed_m_s = -0.3;
-  bool free = false;  // the clutch of the wheel is open
-};
-
-// This wheel alone comes to the patch, then back by command until it is out, for 30 s at most.
-Embedded embed(const SoftPlace& place, std::size_t wheel, unsigned seed, const WayOut& way = {}) {
-  constexpr double kFrom_m = 1, kOut_m = 0.02;
-  constexpr std::array kAxle_m = {0.542, 0.542, -0.07, -0.07, -0.657, -0.657};
-  sim::ardito::RoverOptions options{.ground = place.ground,
-                                    .soil = sim::soil::parse_soil("regolith"),
-                                    .gravity_m_s2 = place.gravity_m_s2,
-                                    .slope_rad = place.slope_deg * kDegree};
-  options.patches.push_back(
-      sim::ardito::parse_patch(fmt::format("{}@{}@{}..100", place.patch, wheel + 1, kFrom_m)));
-  Chain chain({.rover = options, .seed = seed, .adjust = [&](Parameters& p) {
-                 p.beacon_ns = 1500 * kMillisecond;
-                 p.mobility.slip_load *= place.gravity_m_s2 / kEarth_m_s2;
-               }});
-  const sim::ardito::RoverPlant& rover = chain.world().rover();
-  const auto subject = static_cast<std::uint16_t>(wheel + 1);
-  Embedded run;
-  const auto judge = [&](const char* when) {
-    for (const FaultRecord& fault : chain.supervisor().faults) {
-      if (fault.id == FaultId::none) continue;
-      if (fault.id == faults::wheel_embedded && fault.subject == subject) continue;
-      if (fault.id == faults::rover_stuck && run.stuck && !run.noticed) continue;
-      run.wrong += fmt::format(", {} of {} {}", info(fault.id)->name, fault.subject, when);
-    }
-  };
-  if (!chain.start()) return run;
-  if (*place.fault != 0) chain.inject(place.fault);
-  if (!chain.drive(0.3)) return run;
-  chain.run_until([&] { return rover.body().position_m.x() + kAxle_m[wheel] > kFrom_m; }, 30);
-  const double from_s = chain.seconds();
-  chain.run_until(
-      [&] {
-        run.moving_m = std::max(run.moving_m, rover.sinkage_m(wheel));
-        run.noticed = chain.has(faults::wheel_embedded, subject);
-        run.stuck = chain.has(faults::rover_stuck, 0);
-        return run.noticed || run.stuck;
-      },
-      10);
-  run.noticed_s = chain.seconds() - from_s;
-  judge("on the way");
-  chain.run(2);
-  run.stood = true;
-  for (const sim::ShaftState& one : rover.wheels())
-    run.stood = run.stood && std::abs(one.velocity_rad_s) < 0.05;
-  run.stopped_m = rover.sinkage_m(wheel);
-  run.in_m = rover.body().position_m.x() + kAxle_m[wheel] - kFrom_m;
-  if (way.free) chain.inject(fmt::format("TC:{}", subject));
-  if (!chain.drive(way.speed_m_s)) return run;
-  const double back_from_s = chain.seconds();
-  chain.run_until(
-      [&] {
-        run.out = rover.sinkage_m(wheel) < kOut_m;
-        return run.out || chain.mode() != Mode::running;
-      },
-      30);
-  run.out_s = chain.seconds() - back_from_s;
-  if (chain.has(faults::wheel_embedded, subject)) run.wrong += ", noticed on the way back";
-  judge("on the way back");
-  return run;
-}
-
-TEST(ArditoSoil, OneWheelDigsIn) {
-  const unsigned seeds = seeds_of_results();
-  std::vector<SoftPlace> places = {{"sand:0.1"}, {"sand:0.1", 5}};
-  if (writing()) {
-    places = {{"sand:0.05"},
-              {"sand:0.1"},
-              {"sand:0.1", -5},
-              {"sand:0.1", 5},
-              {"sand:0.2", 5},
-              {"sand:0.1", 8},
-              {"sand:0.1", 0, Ground::hills},
-              {"sand:0.1", 0, Ground::flat, kMoon_m_s2}};
-  }
-  std::vector<Embedded> runs(places.size() * seeds);
-  for_each_job(runs.size(), [&](std::size_t i) {
-    const auto n = static_cast<unsigned>(i % seeds);
-    const Embedded& run = runs[i] =
-        embed(places[i / seeds], writing() ? n % kWheels : 3, n + kNewSeeds);
-    fmt::print("{}, seed {}: {}, {:.0f} mm, {:.1f} m in, {}{}\n", places[i / seeds].name(", "),
-               n + kNewSeeds,
-               run.noticed ? fmt::format("noticed after {:.1f} s", run.noticed_s) : "not noticed",
-               run.moving_m * 1e3, run.in_m,
-               run.out ? fmt::format("out after {:.1f} s", run.out_s) : "not out", run.wrong);
-    std::fflush(stdout);
-  });
-  std::string text = fmt::format(
-      "On regolith, at 0.3 m/s, one wheel comes to much softer soil, the others do not; then by "
-      "command backward for 30 s at most; seeds {} to {}\n(the limits were chosen with others), "
-      "wheel 1 to 6 in turn. *Noticed*: `wheel_embedded` of this wheel; *after*: from its axle's "
-      "way into\nthe patch, least to most; *stuck*: stopped as stuck instead; *depth* of the "
-      "wheel, at most; *stopped*: all wheels stand 2 s later; *in*: way of\nthe axle into the "
-      "patch, at most; *out*: less than 20 mm deep, so long after the wheels began to turn "
-      "back.\n\n"
-      "| soil of the patch | ground | slope, deg | noticed | after, s | stuck | depth till then, "
-      "mm | stopped | depth then, mm | in, m | out | after, s |\n"
-      "|---|---|---|---|---|---|---|---|---|---|---|---|\n",
-      kNewSeeds, kNewSeeds + seeds - 1);
-  std::map<std::string, std::string> failures;  // by place and what: which wheels and seeds
-  for (std::size_t c = 0; c < places.size(); ++c) {
-    unsigned noticed = 0, stuck = 0, stood = 0, out = 0;
-    double least_s = 1e9, most_s = 0, moving_m = 0, stopped_m = 0;
-    double in_m = 0, soonest_s = 1e9, latest_s = 0;
-    for (unsigned n = 0; n < seeds; ++n) {
-      const Embedded& run = runs[c * seeds + n];
-      in_m = std::max(in_m, run.in_m);
-      if (run.out)
-        soonest_s = std::min(soonest_s, run.out_s), latest_s = std::max(latest_s, run.out_s);
-      noticed += run.noticed ? 1 : 0, stuck += run.stuck ? 1 : 0;
-      stood += run.stood ? 1 : 0, out += run.out ? 1 : 0;
-      if (run.noticed)
-        least_s = std::min(least_s, run.noticed_s), most_s = std::max(most_s, run.noticed_s);
-      moving_m = std::max(moving_m, run.moving_m);
-      std::string what = run.wrong;
-      if (!run.noticed) what += run.stuck ? ", stuck" : ", missed";
-      if (!run.stood) what += ", does not stop";
-      if (!run.out) what += ", not out";
-      if (what.empty()) continue;
-      failures[fmt::format("{:02} {} deg: {}", c, places[c].name(", "), what.substr(2))] +=
-          fmt::format(" {}/{}", (writing() ? n % kWheels : 3) + 1, n + kNewSeeds);
-    }
-    text += fmt::format("| {} | {} of {} | {} | {} | {:.0f} | {} | {:.0f} | {:.1f} | {} | {} |\n",
-                        places[c].name(" | "), noticed, seeds,
-                        noticed == 0 ? "-" : fmt::format("{:.1f} to {:.1f}", least_s, most_s),
-                        stuck, moving_m * 1e3, stood, stopped_m * 1e3, in_m, out,
-                        out == 0 ? "-" : fmt::format("{:.1f} to {:.1f}", soonest_s, latest_s));
-    if (writing()) continue;
-    EXPECT_EQ(noticed, seeds);
-    EXPECT_EQ(stood, seeds);
-    EXPECT_EQ(out, seeds);
-    EXPECT_LT(most_s, 3);
-  }
-  text += failures.empty() ? "\nNo failure.\n" : "\nFailures, wheel/seed:\n\n";
-  for (const auto& [what, which] : failures)
-    text += fmt::format("- {}:{}\n", what.substr(3), which);
-  if (!writing()) {
-    EXPECT_TRUE(failures.empty()) << text;
-    return;
-  }
-  fmt::print("{}", text);
-  write("Ardito: one wheel digs itself in", "ArditoSoil.OneWheelDigsIn", text);
-}
-
-// A wheel stands low beside one that pushes nothing: over a hole, or on its way down from a rock.
-TEST(ArditoSoil, AWheelBesideOneThatCarriesNothingIsNotTakenForDugIn) {
-  for (const bool digs : {false, true}) {
-    Chain chain({.rover = {.soil = sim::soil::parse_soil("regolith")},
-                 .seed = kNewSeeds,
-                 .adjust = [](Parameters& p) { p.beacon_ns = 1500 * kMillisecond; }});
-    ASSERT_TRUE(chain.start());
-    ASSERT_TRUE(chain.drive(0.3));
-    chain.run(3);
-    chain.inject("encoder-jump:0x20:3:-1800");  // the right bogie: wheel 4 is lower by 67 mm
-    chain.inject("encoder-jump:0x03:4:-500");   // wheel 3 brakes
-    if (digs) chain.inject("encoder-jump:0x04:4:600");
-    EXPECT_EQ(chain.run_until([&] { return chain.has(faults::wheel_embedded, 4); }, 5), digs);
-    if (!digs) {
-      EXPECT_EQ(chain.mode(), Mode::running);
-    }
-  }
-}
-
-// ---- a wrong angle of the right bogie, from the beginning
-
-constexpr const char* kWrongAngles[] = {"encoder-jump:0x20:3:1800", "encoder-jump:0x20:3:-1800"};
-
-// Over hills of regolith, where no wheel digs itself in.
-struct Misled {
-  bool lost = false, embedded = false;
-  double way_m = 0;  // until it was found
-};
-
-Misled mislead(const char* fault, unsigned seed) {
-  Chain chain({.rover = {.ground = Ground::hills, .soil = sim::soil::parse_soil("regolith")},
-               .seed = seed,
-               .adjust = [](Parameters& p) { p.beacon_ns = 1500 * kMillisecond; }});
-  Misled run;
-  if (!chain.start()) return run;
-  chain.inject(fault);
-  if (!chain.drive(0.4)) return run;
-  chain.run_until(
-      [&] {
-        run.lost = chain.has(faults::rocker_lost, kIoNode);
-        for (std::uint16_t wheel = 1; wheel <= kWheels; ++wheel)
-          run.embedded = run.embedded || chain.has(faults::wheel_embedded, wheel);
-        return run.lost || run.embedded;
-      },
-      120);
-  run.way_m = chain.telemetry().distance_m;
-  return run;
-}
-
-TEST(ArditoSoil, AWrongBogieAngleHidesAndFeignsWheelsThatDigThemselvesInUntilItIsFound) {
-  const unsigned seeds = seeds_of_results();
-  constexpr std::size_t kWrong = std::size(kWrongAngles);
-  std::vector<Embedded> hidden(kWrong * seeds);
-  std::vector<Misled> misled(kWrong * seeds);
-  for_each_job(hidden.size() * 2, [&](std::size_t n) {
-    const std::size_t i = n / 2;
-    const char* fault = kWrongAngles[i / seeds];
-    const auto seed = static_cast<unsigned>(i % seeds) + kNewSeeds;
-    if (n % 2 == 0) {
-      hidden[i] = embed({.patch = "sand:0.1", .fault = fault}, 3, seed);
-    } else {
-      misled[i] = mislead(fault, seed);
-    }
-  });
-  std::string text = fmt::format(
-      "From the start on the angle of the right bogie is wrong by so much. *Noticed*: wheel 4 in a "
-      "patch of sand:0.1 after 1 m, as below.\n*Feigned*: `wheel_embedded` over hills of regolith "
-      "without a patch; *found*: `rocker_lost`, after so many metres at 0.4 m/s. Seeds\n{} to "
-      "{}.\n\n| wrong by, rad | noticed | feigned | found | after, m |\n|---|---|---|---|---|\n",
-      kNewSeeds, kNewSeeds + seeds - 1);
-  for (std::size_t w = 0; w < kWrong; ++w) {
-    unsigned noticed = 0, embedded = 0, lost = 0;
-    double least_m = 1e9, most_m = 0;
-    for (unsigned n = 0; n < seeds; ++n) {
-      const Misled& run = misled[w * seeds + n];
-      noticed += hidden[w * seeds + n].noticed ? 1U : 0U;
-      embedded += run.embedded ? 1 : 0, lost += run.lost ? 1 : 0;
-      if (run.lost) least_m = std::min(least_m, run.way_m), most_m = std::max(most_m, run.way_m);
-    }
-    if (!writing()) {
-      EXPECT_EQ(noticed, 0U) << kWrongAngles[w];
-      EXPECT_EQ(lost + embedded, seeds) << "neither found nor stopped: " << kWrongAngles[w];
-    }
-    text += fmt::format("| {} | {} of {} | {} of {} | {} of {} | {} |\n",
-                        w == 0 ? "+0.18" : "-0.18", noticed, seeds, embedded, seeds, lost, seeds,
-                        lost == 0 ? "-" : fmt::format("{:.0f} to {:.0f}", least_m, most_m));
-  }
-  fmt::print("{}", text);
-  if (writing())
-    write("Ardito with a wrong bogie angle",
-          "ArditoSoil.AWrongBogieAngleHidesAndFeignsWheelsThatDigThemselvesInUntilItIsFound", text);
 }
 
 // ---- failures
