@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <map>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -158,9 +160,12 @@ TEST(ArditoSoil, FalseAlarms) {
   const double minutes = wanted == nullptr ? 60 : std::atof(wanted);
   constexpr unsigned kSeeds = 2;
   const std::vector<Place> all = places();
+  const auto soft =
+      std::ranges::count_if(all, [](const Place& place) { return place.rover.soil.has_value(); });
+  const double each_minutes = minutes / static_cast<double>(soft * kSeeds);
   std::vector<Healthy> runs(all.size() * kSeeds);
   for_each_job(runs.size(), [&](std::size_t i) {
-    runs[i] = drive_healthy(all[i / kSeeds].rover, minutes / static_cast<double>(runs.size()),
+    runs[i] = drive_healthy(all[i / kSeeds].rover, each_minutes,
                             static_cast<unsigned>(i % kSeeds) + kNewSeeds);
     fmt::print("{} {:.1f} min, {} alarms\n", all[i / kSeeds].name, runs[i].minutes,
                runs[i].alarms.size());
@@ -169,8 +174,9 @@ TEST(ArditoSoil, FalseAlarms) {
   std::string text = fmt::format(
       "The daemon's chain over regolith, and on hard ground to compare, nothing broken, all noise "
       "on: 0.5 m/s ahead, 0.3 m/s back, straight\nand in curves of 3 deg, a stop and a turn on the "
-      "spot each minute; seeds {} to {}; {:.0f} minutes in all; rocks: of {:.0f} % of the square\n"
-      "metres, 10 to 60 mm high. On the Moon `mobility.slip_load` is 0.03: motors push with the "
+      "spot each minute; seeds {} to {}; {:.0f} minutes over regolith; rocks: on {:.0f} % of the\n"
+      "square metres, 10 to 60 mm high. On the Moon `mobility.slip_load` is 0.03: motors push with "
+      "the "
       "weight. *Stuck*: stopped as stuck, and truly\nslower than half the speed of its wheels. "
       "*Slowed*: by slip, frames; *wrongly*: of them those in which the treads truly lose less\n"
       "than a quarter of their speed.\n\n"
