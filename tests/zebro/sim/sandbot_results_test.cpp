@@ -1,6 +1,7 @@
 // The legs of lss-sim in the shape of SandBot, a robot that others measured on poppy seeds: it
 // walks on firm ones, and swims in loose ones or when its legs turn too fast. With
-// LSS_WRITE_RESULTS set, with another gait, too, and into docs/soil.md.
+// LSS_WRITE_RESULTS set, with another gait, too, and into docs/soil.md. Then the same of Lunar
+// Zebro.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -15,6 +16,7 @@
 
 #include "tests/support/section.h"
 #include "tests/support/stamp.h"
+#include "tools/lss-sim/zebro/motor.h"
 #include "tools/lss-sim/zebro/soil_robot.h"
 
 namespace lss::sim::zebro {
@@ -70,11 +72,9 @@ struct Walked {
 };
 
 // Whole cycles for 2 s, after as many. The legs turn as ordered, whatever their load.
-Walked walk(const Packing& packing, const Gait& gait, double frequency_rad_s) {
-  const soil::Soil seeds = {
-      .name = "poppy seeds", .source = "", .frictional = packing.factor_N_cm3 * 1e6};
-  SoilRobot robot({.gravity_m_s2 = soil::kEarth_m_s2, .soil = seeds, .scatter_rad = 0}, kStep_s,
-                  kSandBot);
+Walked walk(const RobotShape& shape, const soil::Soil& soil, double gravity_m_s2, const Gait& gait,
+            double frequency_rad_s) {
+  SoilRobot robot({.gravity_m_s2 = gravity_m_s2, .soil = soil, .scatter_rad = 0}, kStep_s, shape);
   const auto step = [&](double cycles, double most_rad_s) {
     std::array<ShaftDrive, kLegs> drives;
     for (std::size_t leg = 0; leg < drives.size(); ++leg) {
@@ -94,7 +94,7 @@ Walked walk(const Packing& packing, const Gait& gait, double frequency_rad_s) {
     const BodyState before = robot.body();
     for (long i = from; i < from + steps; ++i) {
       step(1 + static_cast<double>(i + 1) * kStep_s / cycle_s, 1e3);
-      if (robot.body().position_m.z() > kSandBot.hip_height_m)
+      if (robot.body().position_m.z() > shape.hip_height_m)
         walked.free += 1 / static_cast<double>(steps);
     }
     const Eigen::Vector3d way_m =
@@ -104,6 +104,12 @@ Walked walk(const Packing& packing, const Gait& gait, double frequency_rad_s) {
   };
   whole_cycles(0);
   return whole_cycles(steps);
+}
+
+Walked walk(const Packing& packing, const Gait& gait, double frequency_rad_s) {
+  const soil::Soil seeds = {
+      .name = "poppy seeds", .source = "", .frictional = packing.factor_N_cm3 * 1e6};
+  return walk(kSandBot, seeds, soil::kEarth_m_s2, gait, frequency_rad_s);
 }
 
 constexpr const char* kMethod =
@@ -161,6 +167,42 @@ TEST(SandBot, WalksOnFirmSeedsAndSwimsInLooseOnesOrWhenItsLegsTurnTooFast) {
   fmt::print("{}", text);
   if (writing)
     testing_support::write_section(LSS_SOIL_DOCUMENT, "Legs beside a measured robot", text);
+}
+
+// The gait of docs/gait-zebro.md at high speed: 40 deg in 3.6 s of 6.6 s.
+TEST(ZebrosLegs, DigInOnlyWhenTheyTurnFasterThanTheirMotorsCan) {
+  constexpr Gait kHigh = {.sweep_rad = 40 * kTurn_rad / 360, .middle_rad = 0, .duty = 3.6 / 6.6};
+  constexpr double kAsOrdered_rad_s = kTurn_rad / 6.6;
+  const bool writing = std::getenv("LSS_WRITE_RESULTS") != nullptr;
+  std::string text =
+      "Measured " + testing_support::stamp(LSS_SOIL_DOCUMENT) +
+      " by `LSS_WRITE_RESULTS=1 zebro_sandbot_test`.\nLunar Zebro's shape in `sand`, tripod, 40 "
+      "deg in 55 % of a cycle; cells as [above](#legs-beside-a-measured-robot). Its gait has 0.95 "
+      "rad/s;\nthe gears allow at most 2.05 rad/s, also while a leg swings.\n\n"
+      "| limb frequency, rad/s | Earth | Moon |\n|---|---|---|\n";
+  const soil::Soil sand = soil::parse_soil("sand");
+  std::array<double, 2> last_free = {1, 1};
+  for (const double faster : {1.0, 2.0, 4.0, 8.0, 16.0, 32.0}) {
+    const double frequency_rad_s = faster * kAsOrdered_rad_s;
+    SCOPED_TRACE(frequency_rad_s);
+    text += fmt::format("| {:.2f} |", frequency_rad_s);
+    for (std::size_t i = 0; i < last_free.size(); ++i) {
+      const double gravity_m_s2 = i == 0 ? soil::kEarth_m_s2 : soil::kMoon_m_s2;
+      const Walked w = walk({}, sand, gravity_m_s2, kHigh, frequency_rad_s);
+      text += fmt::format(" {:.1f}, {:.0f} % |", w.speed_m_s * 100, w.free * 100);
+      if (frequency_rad_s < motor::kMaxSpeed_rad_s) {
+        EXPECT_GT(w.free, 0.95);
+        EXPECT_GT(w.speed_m_s, 0.01 * faster);
+      }
+      last_free[i] = w.free;
+    }
+    text += "\n";
+  }
+  EXPECT_LT(last_free[0], 0.5);
+  EXPECT_LT(last_free[1], 0.5);
+  fmt::print("{}", text);
+  if (writing)
+    testing_support::write_section(LSS_SOIL_DOCUMENT, "How fast Lunar Zebro's legs may turn", text);
 }
 
 }  // namespace
