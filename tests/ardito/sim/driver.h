@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <ctime>
 
+#include "tests/support/cpu_time.h"
 #include "tools/lss-sim/ardito/rover.h"
 
 namespace lss::sim::ardito {
@@ -72,14 +72,7 @@ inline void drive_circle(Driver& driver, double radius_m, double steering_s, dou
 
 // CPU time of this thread for so long of it.
 inline double cpu_s_of(Driver& driver, double seconds) {
-  const auto now_s = [] {
-    timespec now{};
-    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
-  };
-  const double before_s = now_s();
-  driver.run(seconds);
-  return now_s() - before_s;
+  return testing_support::cpu_s_of([&] { driver.run(seconds); });
 }
 
 }  // namespace lss::sim::ardito

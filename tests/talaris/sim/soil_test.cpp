@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <string>
 
 #include "idl/angles.h"
+#include "tests/support/cpu_time.h"
 #include "tools/lss-sim/talaris/vehicle.h"
 
 namespace lss::sim::talaris {
@@ -224,6 +226,24 @@ TEST(TalarisOnSoils, TheBeamMeetsTheUntouchedSurface) {
   EXPECT_NEAR(
       *hard.distance_m(Vector3::Zero(), down, 0.9) - *plant.distance_m(Vector3::Zero(), down, 0.9),
       kConstants[0].depth_m(kWeight_N / 4), 1e-5);
+}
+
+// The whole simulator, standing on its legs.
+TEST(TalarisOnSoils, CostsAtMostThreeTimesHardGround) {
+  const auto cost_s = [](const TalarisOptions& options) {
+    Talaris world(options);
+    return testing_support::cpu_s_of([&] {
+      for (int i = 0; i < 2'000; ++i) world.step();
+    });
+  };
+  TalarisOptions soil;
+  soil.plant.soil = soil::parse_soil("regolith");
+  const double hard_s = cost_s({}), soil_s = cost_s(soil);
+  std::printf("a simulated second: %.0f ms on hard ground, %.0f ms on regolith\n", hard_s / 2 * 1e3,
+              soil_s / 2 * 1e3);
+#ifndef LSS_SANITIZED
+  EXPECT_LT(soil_s, 3 * hard_s);
+#endif
 }
 
 TEST(TalarisOnSoils, SoilIsForTheFreeStandOnly) {

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cstdio>
 #include <stdexcept>
 
+#include "tests/support/cpu_time.h"
 #include "tests/zebro/sim/robot_driver.h"
 
 namespace lss::sim::zebro {
@@ -127,6 +129,20 @@ TEST(SoilWalk, HasTheSameBitsInEachRun) {
                       std::bit_cast<std::uint64_t>(body.attitude.w())};
   };
   EXPECT_EQ(bits(), bits());
+}
+
+TEST(SoilWalk, CostsAtMostThreeTimesHardGround) {
+  const auto cost_s = [](const TerrainOptions& terrain) {
+    RobotDriver driver(terrain);
+    driver.stand_up();
+    return testing_support::cpu_s_of([&] { driver.walk(kTripod, 1, +1, +1); }) / 6.6;
+  };
+  const double hard_s = cost_s({.seed = 4}), soil_s = cost_s(on("regolith"));
+  std::printf("a simulated second: %.0f ms on hard ground, %.0f ms on regolith\n", hard_s * 1e3,
+              soil_s * 1e3);
+#ifndef LSS_SANITIZED
+  EXPECT_LT(soil_s, 3 * hard_s);
+#endif
 }
 
 TEST(SoilWalk, IsNotForPlantsWithoutSoil) {
