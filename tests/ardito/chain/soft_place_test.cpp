@@ -16,16 +16,10 @@
 
 #include "idl/angles.h"
 #include "idl/ardito/codes.h"
-#include "tests/ardito/chain/chain.h"
-#include "tests/ardito/chain/jobs.h"
 #include "tests/ardito/chain/soil_document.h"
 
 namespace lss::ardito {
 namespace {
-
-using sim::ardito::Ground;
-using sim::soil::kEarth_m_s2;
-using sim::soil::kMoon_m_s2;
 
 // A patch of softer soil in the way of one wheel, in regolith.
 struct SoftPlace {

@@ -7,11 +7,17 @@
 #include <string>
 #include <vector>
 
+#include "tests/ardito/chain/chain.h"
+#include "tests/ardito/chain/jobs.h"
 #include "tests/support/everything.h"
 #include "tests/support/section.h"
 #include "tests/support/stamp.h"
 
 namespace lss::ardito {
+
+using sim::ardito::Ground;
+using sim::soil::kEarth_m_s2;
+using sim::soil::kMoon_m_s2;
 
 inline bool writing() { return std::getenv("LSS_WRITE_RESULTS") != nullptr; }
 

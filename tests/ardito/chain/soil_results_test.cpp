@@ -17,19 +17,13 @@
 
 #include "idl/angles.h"
 #include "idl/ardito/codes.h"
-#include "tests/ardito/chain/chain.h"
 #include "tests/ardito/chain/drives.h"
 #include "tests/ardito/chain/fault_runs.h"
-#include "tests/ardito/chain/jobs.h"
 #include "tests/ardito/chain/soil_document.h"
 #include "tools/lss-sim/ardito/train.h"
 
 namespace lss::ardito {
 namespace {
-
-using sim::ardito::Ground;
-using sim::soil::kEarth_m_s2;
-using sim::soil::kMoon_m_s2;
 
 // ---- how it drives
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+
 #include "daemon/vehicles/zebro/tunables.h"
 #include "tests/support/config_file.h"
 
@@ -9,6 +11,13 @@ namespace lss::zebro {
 namespace {
 
 const testing_support::ConfigFile<Parameters> kFile("zebro", read_parameters);
+
+void expect_refused(const std::string& as_shipped, const std::string& altered, const char* why) {
+  Parameters p;
+  const auto config = kFile.load(kFile.altered(as_shipped, altered), p);
+  ASSERT_FALSE(config);
+  EXPECT_NE(config.error().find(why), std::string::npos) << config.error();
+}
 
 TEST(ZebroConfig, TheExampleHoldsTheDefaults) {
   const auto [config, p] = kFile.defaults(tuning(), "motion.arrived_deg");
@@ -21,19 +30,12 @@ TEST(ZebroConfig, TheExampleHoldsTheDefaults) {
 }
 
 TEST(ZebroConfig, AGaitThatWouldNotSynchroniseIsRefusedWithItsLine) {
-  Parameters p;
-  const auto config = kFile.load(kFile.altered("stance_min_s = 3.3", "stance_min_s = 30.0"), p);
-  ASSERT_FALSE(config);
-  EXPECT_NE(config.error().find("zebro_altered_"), std::string::npos) << config.error();
+  expect_refused("stance_min_s = 3.3", "stance_min_s = 30.0", "zebro_altered_");
 }
 
 // [S-Int-1]
 TEST(ZebroConfig, TwoModulesOfOneAddressAreRefused) {
-  Parameters p;
-  const auto config =
-      kFile.load(kFile.altered("[1, 2, 3, 4, 5, 6, 7]", "[1, 2, 3, 4, 5, 6, 6]"), p);
-  ASSERT_FALSE(config);
-  EXPECT_NE(config.error().find("same address"), std::string::npos) << config.error();
+  expect_refused("[1, 2, 3, 4, 5, 6, 7]", "[1, 2, 3, 4, 5, 6, 6]", "same address");
 }
 
 // [Conf-3]
@@ -43,13 +45,8 @@ TEST(ZebroConfig, StrategiesAreTakenInTheirOrderAndUnknownOnesAreRefused) {
   ASSERT_TRUE(kFile.load(kFile.altered(as_shipped, "[\"isolate\", \"move_free\"]"), p));
   const StrategyList wanted{StrategyKind::isolate, StrategyKind::move_free};
   EXPECT_EQ(p.solver.order[static_cast<std::size_t>(FaultClass::current)], wanted);
-  const auto unknown = kFile.load(kFile.altered(as_shipped, "[\"pray\"]"), p);
-  ASSERT_FALSE(unknown);
-  EXPECT_NE(unknown.error().find("\"pray\" is no strategy: use reconnect"), std::string::npos)
-      << unknown.error();
-  const auto none = kFile.load(kFile.altered(as_shipped, "[]"), p);
-  ASSERT_FALSE(none);
-  EXPECT_NE(none.error().find("between one and"), std::string::npos) << none.error();
+  expect_refused(as_shipped, "[\"pray\"]", "\"pray\" is no strategy: use reconnect");
+  expect_refused(as_shipped, "[]", "between one and");
 }
 
 // [Prod-4]
@@ -68,9 +65,7 @@ TEST(ZebroConfig, APanelThatTurnsFasterThanALegMayIsRefused) {
   EXPECT_TRUE(config) << config.error();
   const std::string as_shipped =
       "deployed_deg = 110.0  # position of the motor when deployed\nmove_s = 10.0";
-  const auto fast = kFile.load(kFile.altered(as_shipped, "deployed_deg = 300.0\nmove_s = 2.0"), p);
-  ASSERT_FALSE(fast);
-  EXPECT_NE(fast.error().find("make move_s longer"), std::string::npos) << fast.error();
+  expect_refused(as_shipped, "deployed_deg = 300.0\nmove_s = 2.0", "make move_s longer");
 }
 
 // [S-Int-2]
