@@ -39,11 +39,11 @@ struct SoftPlace {
 
 struct Embedded {
   bool noticed = false, stuck = false, stood = false, out = false;
-  double noticed_s = 0;                // since the wheel came to the patch
-  double moving_m = 0, stopped_m = 0;  // its depth
-  double in_m = 0;                     // way of its axle into the patch
-  double out_s = 0;                    // of the way back
-  std::string wrong;                   // other faults
+  double noticed_s = 0;  // since the wheel came to the patch
+  double moving_m = 0;   // its depth, at most
+  double in_m = 0;       // way of its axle into the patch
+  double out_s = 0;      // of the way back
+  std::string wrong;     // other faults
 };
 
 struct WayOut {
@@ -96,7 +96,6 @@ Embedded embed(const SoftPlace& place, std::size_t wheel, unsigned seed, const W
   run.stood = true;
   for (const sim::ShaftState& one : rover.wheels())
     run.stood = run.stood && std::abs(one.velocity_rad_s) < 0.05;
-  run.stopped_m = rover.sinkage_m(wheel);
   run.in_m = rover.body().position_m.x() + kAxle_m[wheel] - kFrom_m;
   if (way.free) chain.inject(fmt::format("TC:{}", subject));
   if (!chain.drive(way.speed_m_s)) return run;
@@ -147,13 +146,13 @@ TEST(ArditoSoil, OneWheelDigsIn) {
       "patch, at most; *out*: less than 20 mm deep, so long after the wheels began to turn "
       "back.\n\n"
       "| soil of the patch | ground | slope, deg | noticed | after, s | stuck | depth till then, "
-      "mm | stopped | depth then, mm | in, m | out | after, s |\n"
-      "|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+      "mm | stopped | in, m | out | after, s |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|\n",
       seeds.front(), seeds.back());
   std::map<std::string, std::string> failures;  // by place and what: which wheels and seeds
   for (std::size_t c = 0; c < places.size(); ++c) {
     unsigned noticed = 0, stuck = 0, stood = 0, out = 0;
-    double least_s = 1e9, most_s = 0, moving_m = 0, stopped_m = 0;
+    double least_s = 1e9, most_s = 0, moving_m = 0;
     double in_m = 0, soonest_s = 1e9, latest_s = 0;
     for (std::size_t n = 0; n < seeds.size(); ++n) {
       const Embedded& run = runs[c * seeds.size() + n];
@@ -173,10 +172,10 @@ TEST(ArditoSoil, OneWheelDigsIn) {
       failures[fmt::format("{:02} {} deg: {}", c, places[c].name(", "), what.substr(2))] +=
           fmt::format(" {}/{}", wheel_of(seeds[n]) + 1, seeds[n]);
     }
-    text += fmt::format("| {} | {} of {} | {} | {} | {:.0f} | {} | {:.0f} | {:.1f} | {} | {} |\n",
+    text += fmt::format("| {} | {} of {} | {} | {} | {:.0f} | {} | {:.1f} | {} | {} |\n",
                         places[c].name(" | "), noticed, seeds.size(),
                         noticed == 0 ? "-" : fmt::format("{:.1f} to {:.1f}", least_s, most_s),
-                        stuck, moving_m * 1e3, stood, stopped_m * 1e3, in_m, out,
+                        stuck, moving_m * 1e3, stood, in_m, out,
                         out == 0 ? "-" : fmt::format("{:.1f} to {:.1f}", soonest_s, latest_s));
     if (writing()) continue;
     EXPECT_EQ(noticed, seeds.size());
@@ -220,7 +219,7 @@ constexpr const char* kWrongAngles[] = {"encoder-jump:0x20:3:1800", "encoder-jum
 
 // Over hills of regolith, where no wheel digs itself in.
 struct Misled {
-  bool lost = false, embedded = false;
+  bool lost = false, embedded = false, stuck = false;
   double way_m = 0;  // until it was found
 };
 
@@ -237,7 +236,8 @@ Misled mislead(const char* fault, unsigned seed) {
         run.lost = chain.has(faults::rocker_lost, kIoNode);
         for (std::uint16_t wheel = 1; wheel <= kWheels; ++wheel)
           run.embedded = run.embedded || chain.has(faults::wheel_embedded, wheel);
-        return run.lost || run.embedded;
+        run.stuck = chain.has(faults::rover_stuck, 0);
+        return run.lost || run.embedded || run.stuck;
       },
       120);
   run.way_m = chain.telemetry().distance_m;
@@ -261,7 +261,10 @@ std::array<Wrong, std::size(kWrongAngles)> with_wrong_angles(const std::vector<u
     } else {
       const Misled& run = all[which].misled[i] = mislead(fault, seeds[i]);
       fmt::print("{}, seed {}: {}{} after {:.0f} m\n", fault, seeds[i],
-                 run.lost ? "found" : "not found", run.embedded ? ", dug in by mistake" : "",
+                 run.lost ? "found" : "not found",
+                 run.embedded ? ", dug in by mistake"
+                 : run.stuck  ? ", stuck"
+                              : "",
                  run.way_m);
       std::fflush(stdout);
     }
@@ -275,7 +278,8 @@ TEST_P(WrongBogieAngle, HidesAndFeignsWheelsThatDigThemselvesInUntilItIsFound) {
   LSS_SKIP_OUTSIDE_SAMPLE(GetParam(), kSeedsOfResults);
   for (const Wrong& wrong : with_wrong_angles({kNewSeeds + GetParam()})) {
     EXPECT_FALSE(wrong.hidden[0].noticed);
-    EXPECT_TRUE(wrong.misled[0].lost || wrong.misled[0].embedded) << "neither found nor stopped";
+    const Misled& misled = wrong.misled[0];
+    EXPECT_TRUE(misled.lost || misled.embedded || misled.stuck) << "neither found nor stopped";
   }
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, WrongBogieAngle, testing::Range(0U, kSeedsOfResults));
