@@ -101,7 +101,7 @@ TEST(BusThread, ReportsHowManySamplesFoundNoRoom) {
   EXPECT_EQ(oldest.time_ns, 1) << "the newer ones are dropped";
 }
 
-// Both copies, once, while the thread waits. It is told of by the thread that damages.
+// Both copies are damaged once, while the thread waits, by the thread itself.
 TEST(BusThread, ReportsDamagedMemoryOnceAndGivesTheDriverWhatIsNotDamaged) {
   BusThread<FakeLine<MarkedDriver, int>> bus;
   bus.release(kOrders);
