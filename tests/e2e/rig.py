@@ -359,6 +359,13 @@ class Scenario(unittest.TestCase):
     def events(self):
         return json.loads(self.cli_ok("--json", "events").out)["events"]
 
+    def assert_no_frame_waited(self):
+        """Since `lss-cli timing --reset`. A frame that waits for something that stands still for a second misses 50; a busy
+        machine that lets nothing stand still for longer than a frame was seen to make up to 5 late."""
+        missed = json.loads(self.cli_ok("--json", "timing").out)["missed"]
+        print("missed", missed)
+        self.assertLess(missed["skipped"] + missed["overruns"], 10, missed)
+
     def walks(self):
         """[(begin_ns, end_ns)] of every time in mode Walking."""
         spans, begin_ns = [], None

@@ -331,7 +331,7 @@ class Ground(Recorded, Scenario):
         client = gateway.client()
         client.wait_for(lambda m: m["type"] == "vehicle")
         page = Beating(client)
-        before = self.status()
+        self.cli_ok("timing", "--reset")
 
         bad = gateway.client()
         for text in ("", "{", "[]", "null", '"x"', '{"type":1}', '{"type":"beat"}', '{"type":"beat","n":-1}',
@@ -376,9 +376,8 @@ class Ground(Recorded, Scenario):
         self.assertGreater(counters["refused"], 900)
         after = self.status()
         self.assertEqual((after["state"], after["faults"]), (IDLE, []))
-        print(f"frames {after['frame']['index'] - before['frame']['index']}, "
-              f"overruns {after['frame']['overruns'] - before['frame']['overruns']}, gateway {counters}")
-        self.assertLessEqual(after["frame"]["overruns"] - before["frame"]["overruns"], 2)
+        print("gateway", counters)
+        self.assert_no_frame_waited()
         self.assertTrue(page.threads[1].is_alive(), "a client that behaves stays connected")
         slow.close()
 

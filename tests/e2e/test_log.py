@@ -38,11 +38,8 @@ class Log(Scenario):
             lost = after.get("lost_frames", 0) + after.get("lost_lines", 0)
             self.assertEqual(missing, lost, f"before frame {after['frame']}")
 
-    def assert_no_frame_was_late(self):
-        missed = json.loads(self.cli_ok("--json", "timing").out)["missed"]
-        print("missed", missed)
-        self.assertEqual(missed["skipped"], 0)
-        self.assertLess(missed["overruns"], 3, "the machine may be a virtual one")
+    def assert_nothing_delayed_a_frame(self):
+        self.assert_no_frame_waited()
         status = self.status()
         self.assertEqual(status["realtime"]["mallocs_since_start"], 0)
         self.assertEqual(status["realtime"]["page_faults_since_start"], 0)
@@ -59,7 +56,7 @@ class Log(Scenario):
         wait_until(lambda: "log_lost" in [e["name"] for e in self.events()], 10, "it is reported")
         client.signal(signal.SIGINT)
         client.wait(60)
-        status = self.assert_no_frame_was_late()
+        status = self.assert_nothing_delayed_a_frame()
         self.assertEqual(status["state"], IDLE)
         dropped = status["counters"]["telemetry_dropped"]
         daemon.stop()
@@ -97,7 +94,7 @@ class Log(Scenario):
         self.wait_status(lambda s: s["recording"], 15, "status says so, when the recorder has tried again, too")
         client.signal(signal.SIGINT)
         client.wait(60)
-        self.assertEqual(self.assert_no_frame_was_late()["state"], IDLE)
+        self.assertEqual(self.assert_nothing_delayed_a_frame()["state"], IDLE)
         self.assertEqual([e["name"] for e in self.events()].count("log_failed"), 1)
         daemon.stop()
         files = self.read_log()

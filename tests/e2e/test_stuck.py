@@ -79,9 +79,8 @@ class Stuck(Scenario):
         dropped = status["counters"]["telemetry_dropped"] - before
         self.assertGreater(dropped, 40, "telemetry of each frame of a second, but the newest")
         self.assertRegex(self.cli_ok("status").out, r"[1-9]\d* samples dropped")
-        timing = json.loads(self.cli_ok("--json", "timing").out)
-        self.assertGreater(timing["frames"], 50)
-        self.assertLess(timing["missed"]["skipped"] + timing["missed"]["overruns"], 3, "of 50 in that time")
+        self.assertGreater(json.loads(self.cli_ok("--json", "timing").out)["frames"], 50)
+        self.assert_no_frame_waited()
         self.assertEqual(status["realtime"]["mallocs_since_start"], 0)
         self.assertNotIn("thread frame stands still", daemon.err())
 
@@ -123,9 +122,7 @@ class Stuck(Scenario):
         self.assertEqual(status["state"], IDLE)
         self.assertEqual(status["realtime"]["mallocs_since_start"], 0)
         self.assertEqual(status["realtime"]["page_faults_since_start"], 0)
-        missed = json.loads(self.cli_ok("--json", "timing").out)["missed"]
-        print("missed", missed)
-        self.assertEqual(missed["skipped"], 0)
+        self.assert_no_frame_waited()
         self.assertTrue(daemon.running())
         for subscriber in subscribers:
             subscriber.kill()
@@ -140,8 +137,7 @@ class Stuck(Scenario):
             self.cli_ok("estop")
             self.cli_ok("solve")
             self.frames_go_on()
-        missed = json.loads(self.cli_ok("--json", "timing").out)["missed"]
-        self.assertLess(missed["skipped"] + missed["overruns"], 3)
+        self.assert_no_frame_waited()
         self.assertEqual(len(self.kept_frames()), 64, "kept when it runs again")
 
     def test_a_clock_that_is_set_moves_no_frame(self):
