@@ -114,7 +114,7 @@ TEST_F(Answers, ACommandThatIsNotAcknowledgedOrNotCompletedEndsWith7) {
   daemon.trouble(kPanel, {Trouble::Kind::no_answer});
   EXPECT_EQ(run({"panel", "deploy"}).code, 7);
   daemon.trouble(kPanel, {Trouble::Kind::never_ends});
-  const Ended ended = run({"--timeout", "1s", "panel", "deploy"});
+  const Ended ended = run({"--timeout", kFoundBy, "panel", "deploy"});
   EXPECT_EQ(ended.code, 7);
   EXPECT_THAT(ended.err, HasSubstr("outcome unknown"));
 }
@@ -159,7 +159,7 @@ TEST_F(Answers, OneOfSeveralVehiclesMustBeNamed) {
   EXPECT_EQ(run({"--vehicle", "zebro-2", "stand"}).code, 0);
   EXPECT_THAT(first.kinds(), IsEmpty());
   EXPECT_THAT(second.kinds(), ElementsAre(kStart, kStand));
-  const Ended unknown = run({"--vehicle", "zebro-3", "status", "--timeout", "1s"});
+  const Ended unknown = run({"--vehicle", "zebro-3", "status", "--timeout", kFoundBy});
   EXPECT_EQ(unknown.code, 4);
   EXPECT_THAT(unknown.err, HasSubstr("zebro-"));
 }

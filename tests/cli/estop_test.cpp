@@ -88,7 +88,7 @@ TEST_F(Estop, NamesTheVehicleThatDidNotConfirmItAndEndsWith7) {
   FakeDaemon first(domain(), "zebro-1"), second(domain(), "zebro-2"), third(domain(), "zebro-3");
   second.trouble(kEstop, {Trouble::Kind::no_answer});
   third.trouble(kEstop, {Trouble::Kind::reject, Reason::busy});
-  const Ended ended = run({"--timeout", "1s", "estop"});
+  const Ended ended = run({"--timeout", kFoundBy, "estop"});
   EXPECT_EQ(ended.code, 7);
   EXPECT_TRUE(is_stopped(first));
   EXPECT_THAT(ended.out, AllOf(HasSubstr("zebro-1         stopped"),
@@ -118,7 +118,7 @@ TEST_F(Estop, ReachesADaemonWhoseTopicsComeLate) {
 TEST_F(Estop, OfADaemonThatNeverOpensItsTopicsIsNotConfirmed) {
   FakeDaemon first(domain(), "zebro-1");
   FakeDaemon second(domain(), Birth{.late = Birth::Late::topics, .late_by = std::chrono::hours(1)});
-  const Ended ended = run({"--timeout", "1s", "estop"});
+  const Ended ended = run({"--timeout", kFoundBy, "estop"});
   EXPECT_EQ(ended.code, 7);
   EXPECT_THAT(ended.err, HasSubstr("1 of 2"));
   EXPECT_TRUE(is_stopped(first));
@@ -126,7 +126,7 @@ TEST_F(Estop, OfADaemonThatNeverOpensItsTopicsIsNotConfirmed) {
 
 TEST_F(Estop, OfADaemonThatOnlyAnotherKnowsOfIsNotConfirmed) {
   FakeDaemon first(domain(), Birth{.mark = "lssd 1"});
-  const Ended ended = run({"--timeout", "1s", "estop"});
+  const Ended ended = run({"--timeout", kFoundBy, "estop"});
   EXPECT_EQ(ended.code, 7);
   EXPECT_THAT(ended.err, HasSubstr("1 of 2"));
   EXPECT_TRUE(is_stopped(first));
@@ -146,7 +146,7 @@ TEST_F(Estop, AsJsonHasAnEntryForEachVehicle) {
   FakeDaemon first(domain(), Birth{.vehicle_id = "zebro-1", .pid = 12});
   FakeDaemon second(domain(), "zebro-2");
   second.trouble(kEstop, {Trouble::Kind::no_answer});
-  const Ended ended = run({"--json", "--timeout", "1s", "estop"});
+  const Ended ended = run({"--json", "--timeout", kFoundBy, "estop"});
   const json document = json::parse(ended.out);
   EXPECT_EQ(document["exit_code"], 7);
   ASSERT_EQ(document["commands"].size(), 2U);
@@ -170,7 +170,7 @@ TEST_F(Estop, StopsBothDaemonsOfOneName) {
   EXPECT_TRUE(is_stopped(first) && is_stopped(second));
   EXPECT_THAT(ended.out, AllOf(HasSubstr("pid 1001"), HasSubstr("pid 1002")));
   second.trouble(kEstop, {Trouble::Kind::no_answer});
-  EXPECT_EQ(run({"--timeout", "1s", "estop", "zebro-1"}).code, 7);
+  EXPECT_EQ(run({"--timeout", kFoundBy, "estop", "zebro-1"}).code, 7);
 }
 
 TEST_F(Estop, InASequenceIsTheSame) {

@@ -133,7 +133,7 @@ TEST_F(MotionTest, AStopKeepsUpTheHeartbeatUntilItIsCompleted) {
   FakeDaemon daemon(domain());
   daemon.set_state(lss_STATE_OPERATIONAL, Mode::walking);
   daemon.trouble(kStop, {Trouble::Kind::never_ends});
-  EXPECT_EQ(run({"--timeout", "1s", "stop"}).code, 7);
+  EXPECT_EQ(run({"--timeout", kFoundBy, "stop"}).code, 7);
   EXPECT_GE(daemon.heartbeats(), 4U);
 }
 

@@ -10,6 +10,7 @@
 
 #include "tests/cli/fake_daemon.h"
 #include "tests/cli/program.h"
+#include "tests/support/eventually.h"
 #include "tests/support/own_domain.h"
 #include "tools/lss-cli/session/waker.h"
 
@@ -43,13 +44,11 @@ class ProgramTest : public testing::Test {
    private:
     const char* name_;
   };
+  // How long a verb waits that does not hear all: a busy machine needs time to find the others.
+  static constexpr const char* kFoundBy = "5s";
   // Bounded; false when it never became true.
-  template <class Condition>
-  static bool await(Condition condition) {
-    const Clock::time_point until = Clock::now() + seconds(20);
-    while (!condition() && Clock::now() < until)
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    return condition();
+  static bool await(const std::function<bool()>& condition) {
+    return testing_support::eventually(condition);
   }
 };
 

@@ -33,7 +33,7 @@ TEST_F(Several, NoVerbTakesTheOneThatIsHeardFirst) {
 TEST_F(Several, AVehicleIsNotTakenForTheOnlyOneNextToADaemonThatDoesNotSayItsName) {
   FakeDaemon first(domain(), "zebro-1");
   FakeDaemon second(domain(), Birth{.vehicle_id = "zebro-2", .late_by = std::chrono::hours(1)});
-  const Ended ended = run({"--timeout", "1s", "start"});
+  const Ended ended = run({"--timeout", kFoundBy, "start"});
   EXPECT_EQ(ended.code, 2);
   EXPECT_THAT(ended.err, HasSubstr("did not say its name"));
   EXPECT_EQ(run({"--vehicle", "zebro-1", "start"}).code, 0);
@@ -41,7 +41,7 @@ TEST_F(Several, AVehicleIsNotTakenForTheOnlyOneNextToADaemonThatDoesNotSayItsNam
 
 TEST_F(Several, AVehicleIsNotTakenForTheOnlyOneWhenItKnowsAnotherThatIsNotHeard) {
   FakeDaemon first(domain(), Birth{.vehicle_id = "zebro-1", .mark = "lssd 1"});
-  const Ended ended = run({"--timeout", "1s", "start"});
+  const Ended ended = run({"--timeout", kFoundBy, "start"});
   EXPECT_EQ(ended.code, 2);
   EXPECT_THAT(ended.err, HasSubstr("zebro-1 is not alone on this domain"));
   EXPECT_THAT(first.kinds(), IsEmpty());
@@ -74,7 +74,7 @@ TEST_F(Several, AreALineEachInFleet) {
 TEST_F(Several, ADaemonThatDoesNotSayItsNameIsCountedInFleet) {
   FakeDaemon first(domain(), "zebro-1");
   FakeDaemon second(domain(), Birth{.vehicle_id = "zebro-2", .late_by = std::chrono::hours(1)});
-  const Ended ended = run({"--timeout", "1s", "--json", "fleet"});
+  const Ended ended = run({"--timeout", kFoundBy, "--json", "fleet"});
   EXPECT_EQ(json::parse(ended.out)["without_status"], 1);
 }
 

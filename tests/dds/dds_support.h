@@ -36,9 +36,9 @@ class Child {
   void signal(int number) const;
   void halt() const;  // SIGSTOP; returns when all its threads stand still
   // False when no such line came before the end of the output or the limit.
-  bool wait_for_line(std::string_view part, std::chrono::seconds limit = std::chrono::seconds(20));
+  bool wait_for_line(std::string_view part, std::chrono::seconds limit = testing_support::kHung);
   // Exit code, -signal, or nothing when it did not end in time.
-  std::optional<int> wait_for_exit(std::chrono::seconds limit = std::chrono::seconds(20));
+  std::optional<int> wait_for_exit(std::chrono::seconds limit = testing_support::kHung);
   const std::string& output() const { return output_; }
 
  private:

@@ -16,9 +16,11 @@
 
 namespace lss::testing_support {
 
+// What has not come by then never will: beside endless compilers a busy second took half a minute.
+inline constexpr std::chrono::seconds kHung{120};
+
 // Polls every 2 ms; false when the condition did not come true in time.
-inline bool eventually(const std::function<bool()>& condition,
-                       std::chrono::seconds limit = std::chrono::seconds(20)) {
+inline bool eventually(const std::function<bool()>& condition, std::chrono::seconds limit = kHung) {
   const auto end = std::chrono::steady_clock::now() + limit;
   while (!condition()) {
     if (std::chrono::steady_clock::now() > end) return false;
