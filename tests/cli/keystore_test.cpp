@@ -173,6 +173,31 @@ TEST_F(Revocation, ARevokedNameIsAddedAgainWithItsRoleOnly) {
   EXPECT_EQ(failure_of([&] { add("bob", DdsRole::command); }), "");
 }
 
+TEST_F(Revocation, ANameRevokedByItsFileIsAddedAgainOnlyWithTheRoleThatIsBesideTheFile) {
+  const fs::path bob = add("bob", DdsRole::command), eve = add("eve", DdsRole::command);
+  const fs::path copy = folder_ / "bob";  // of the whole enclave
+  fs::copy(bob, copy);
+  const fs::path eve_copy = stolen(eve);
+  for (const fs::path& gone : {bob, eve}) fs::remove_all(gone);
+  for (int i = 0; i < 2; ++i) {
+    revoke_enclave(store_, "", copy / dds::kCertificate);
+    revoke_enclave(store_, "", eve_copy);
+  }
+  EXPECT_THAT(failure_of([&] { add("bob", DdsRole::look); }), HasSubstr("had the role command"));
+  for (const DdsRole role : {DdsRole::look, DdsRole::command})
+    EXPECT_THAT(failure_of([&] { add("eve", role); }),
+                HasSubstr("had a role that this keystore does not know"));
+  EXPECT_EQ(failure_of([&] { add("bob", DdsRole::command); }), "");
+}
+
+TEST_F(Revocation, AnEnclaveWhoseCertificateWasRevokedByACopyIsRevokedByItsName) {
+  const fs::path bob = add("bob", DdsRole::command);
+  revoke_enclave(store_, "", stolen(bob));
+  EXPECT_EQ(failure_of([&] { revoke_enclave(store_, "bob"); }), "");
+  EXPECT_FALSE(fs::exists(bob));
+  EXPECT_EQ(failure_of([&] { add("bob", DdsRole::command); }), "");
+}
+
 TEST_F(Revocation, AListThatIsLostOrOldForgetsNothing) {
   const fs::path one = add("one", DdsRole::command), a = add("a", DdsRole::look),
                  b = add("b", DdsRole::look), c = add("c", DdsRole::look);

@@ -34,6 +34,7 @@ namespace fs = std::filesystem;
 using openssl::Bio, openssl::Certificate, openssl::Key, openssl::RevocationList, openssl::With;
 
 constexpr mode_t kPublic = 0644, kPrivate = 0600;
+constexpr const char* kPermissionsText = "permissions.xml";  // what was signed
 constexpr std::size_t kLongestName = 23;  // a source is NAME:PID of at most 31 characters
 
 [[noreturn]] void fail(const fs::path& path, const std::string& what,
@@ -312,6 +313,16 @@ std::string content_of(const fs::path& file) {
   return text;
 }
 
+// What is left of an enclave: the certificate, and its permissions when they are beside the file.
+void keep_revoked(const fs::path& to, const fs::path& file, const std::string& certificate) {
+  const std::string permissions = content_of(file.parent_path() / kPermissionsText);
+  make_folder(to, [&](const fs::path& root) {
+    write(root / dds::kCertificate, certificate, kPublic);
+    if (!permissions.empty()) write(root / kPermissionsText, permissions, kPublic);
+  });
+  sync_folder(to.parent_path());
+}
+
 }  // namespace
 
 void create_keystore(const fs::path& folder, int days) {
@@ -371,13 +382,15 @@ void add_enclave(const fs::path& keystore, const std::string& name, DdsRole role
   for (const fs::path& one : enclaves_in(keystore / "revoked")) {
     const Certificate before = certificate_in(one / dds::kCertificate);
     if (!before || dds::common_name(before.get()) != name) continue;
-    const std::string had = role_in(content_of(one / "permissions.xml"));
-    if (had != kDdsRoles[static_cast<std::size_t>(role)])
-      throw Failure(ExitCode::usage,
-                    fmt::format("a revoked {} had the role {}, and its signed permissions fit any "
-                                "certificate of that name",
-                                name, had),
-                    "take another name, or --role " + had);
+    const std::string had = role_in(content_of(one / kPermissionsText));
+    if (had == kDdsRoles[static_cast<std::size_t>(role)]) continue;
+    const bool known = std::ranges::find(kDdsRoles, had) != std::end(kDdsRoles);
+    throw Failure(
+        ExitCode::usage,
+        fmt::format("a revoked {} had {}, and its signed permissions fit any certificate of that "
+                    "name",
+                    name, known ? "the role " + had : "a role that this keystore does not know"),
+        known ? "take another name, or --role " + had : "take another name");
   }
   Revoked revoked(identity_ca);
   const bool lists = can_revoke(identity_ca);
@@ -392,7 +405,7 @@ void add_enclave(const fs::path& keystore, const std::string& name, DdsRole role
     write(root / dds::kCertificate, pem(own.certificate.get()), kPublic);
     write(root / dds::kKey, pem(own.key.get()), kPrivate);
     if (lists) write(root / dds::kRevoked, revoked.text(), kPublic);
-    write(root / "permissions.xml", permissions, kPublic);
+    write(root / kPermissionsText, permissions, kPublic);
     write(root / dds::kPermissions, signed_text(permissions, permissions_ca), kPublic);
   });
 }
@@ -432,12 +445,18 @@ void revoke_enclave(const fs::path& keystore, const std::string& name,
       without += std::string(without.empty() ? "" : "; ") + failure.what();
     }
   }
-  if (certificate_file.empty()) {
-    const fs::path away = keystore / "revoked";
-    fs::create_directory(away, error);
-    if (error) fail(away, error.message());
-    fs::permissions(away, fs::perms::owner_all, error);
-    const fs::path to = away / (name + "-" + serial_of(certificate.get()));
+  const fs::path away = keystore / "revoked";
+  fs::create_directory(away, error);
+  if (error) fail(away, error.message());
+  fs::permissions(away, fs::perms::owner_all, error);
+  const fs::path of = certificate_file.empty()
+                          ? fs::path(name)
+                          : fs::path(dds::common_name(certificate.get())).filename();
+  const fs::path to = away / (of.string() + "-" + serial_of(certificate.get()));
+  if (!certificate_file.empty()) {
+    if (!fs::exists(to, error)) keep_revoked(to, file, pem(certificate.get()));
+  } else {
+    fs::remove_all(to, error);  // its certificate was revoked by a copy
     if (::rename(folder.c_str(), to.c_str()) != 0) fail(to, std::strerror(errno));
     sync_folder(away);
     sync_folder(folder.parent_path());

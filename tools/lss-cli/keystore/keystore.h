@@ -4,7 +4,7 @@
 //   public/    certificates of the two CAs
 //   private/   their keys, which no vehicle gets
 //   enclaves/NAME/   all that one participant needs (idl/security.h)
-//   revoked/NAME-SERIAL/   enclaves that nobody accepts any more
+//   revoked/NAME-SERIAL/   enclaves that nobody accepts any more, or their certificates only
 // with separate CAs for identities and permissions. Throws Failure; nothing is overwritten but the
 // list of revoked certificates (public/crl.pem, a copy in each enclave), which only grows.
 
@@ -25,8 +25,8 @@ void add_enclave(const std::filesystem::path& keystore, const std::string& name,
                  int days);
 
 // Puts the certificate of the enclave on the list and moves the enclave to revoked/; or, with
-// `certificate`, a file, only puts that one on the list. Participants refuse it once they have the
-// list and are started again.
+// `certificate`, a file, puts that one on the list and a copy of it into revoked/. Participants
+// refuse it once they have the list and are started again.
 void revoke_enclave(const std::filesystem::path& keystore, const std::string& name,
                     const std::filesystem::path& certificate = {});
 
