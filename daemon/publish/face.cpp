@@ -314,6 +314,11 @@ std::uint64_t Face::foreign() const { return impl_->foreign.load(std::memory_ord
 
 std::span<const std::string> Face::warnings() const { return impl_->participant.warnings(); }
 
+std::int64_t Face::expires_utc_s() const {
+  const std::optional<dds::Enclave>& enclave = impl_->participant.enclave();
+  return enclave ? enclave->not_after_utc_s : INT64_MAX;
+}
+
 const std::vector<std::string>& Face::missing_interfaces() const {
   return impl_->participant.missing();
 }

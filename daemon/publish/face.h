@@ -66,6 +66,7 @@ class Face {
   std::uint64_t foreign() const;
   // Of the enclave; the same always.
   std::span<const std::string> warnings() const;
+  std::int64_t expires_utc_s() const;  // INT64_MAX: without DDS Security
 
   // Publish thread, about ten times a second: other daemons, for clients (idl/other_daemons.h).
   void look_for_others();

@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <span>
 
 #include "daemon/runtime/clock.h"
@@ -44,6 +45,7 @@ tl::expected<void, std::string> Publisher::open(RequestSink sink) {
   if (!face) return tl::unexpected(face.error());
   face_ = std::move(*face);
   answering_ = face_.get();
+  expiry_ = ExpiryWatch(face_->expires_utc_s());
   for (const std::string& warning : face_->warnings()) spdlog::warn("DDS Security: {}", warning);
   for (const std::string& name : face_->missing_interfaces())
     told_.push_back({EventId::interface_missing,
@@ -210,6 +212,7 @@ void Publisher::watch(TimeNs now) {
         foreign);
   }
   watch_clock();
+  watch_expiry(now);
   for (EventId event; sources_.log_event(event);) tell(event, now);
   series_.report_due(now, [this](const EventRecord& event) { publish(event); });
   const SupervisorState& state = state_.value();
@@ -232,6 +235,13 @@ void Publisher::watch_clock() {
   if (now_ns() - before > ClockStep::kLimit / 10) return;
   if (const TimeNs step = clock_step_.look(before, utc); step != 0)
     tell(EventId::clock_stepped, before, static_cast<double>(step) * 1e-9);
+}
+
+void Publisher::watch_expiry(TimeNs now) {
+  const std::optional<std::int64_t> left_s = expiry_.look(utc_ns() / kSecond);
+  if (!left_s) return;
+  tell(*left_s < 0 ? EventId::certificate_expired : EventId::certificate_expires, now,
+       static_cast<double>(std::abs(*left_s) / ExpiryWatch::kDay_s));
 }
 
 void Publisher::publish_status(TimeNs now) {

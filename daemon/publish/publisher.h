@@ -22,6 +22,7 @@
 #include "daemon/publish/face.h"
 #include "daemon/record/certificate.h"
 #include "daemon/runtime/clock_step.h"
+#include "daemon/runtime/expiry_watch.h"
 #include "daemon/runtime/latest.h"
 #include "daemon/runtime/ring.h"
 #include "daemon/runtime/thread.h"
@@ -98,6 +99,7 @@ class Publisher {
   void publish_status(TimeNs now);
   void watch(TimeNs now);
   void watch_clock();
+  void watch_expiry(TimeNs now);
   void publish(const EventRecord& event);  // to DDS and to the log
   void publish(const EventRecord& event, std::string text);
   void tell(const EventRecord& event);  // of this thread: counted, then published
@@ -135,6 +137,7 @@ class Publisher {
   std::optional<record::CertificateWatch> certified_;
   TimeNs statistics_from_ns_ = 0;  // only later frames count
   ClockStep clock_step_;
+  ExpiryWatch expiry_;  // of the enclave
   TimeNs next_status_ns_ = 0, next_heartbeat_ns_ = 0, next_watch_ns_ = 0;
   bool memory_locked_ = false, granted_ = true;
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "daemon/runtime/clock_step.h"
+#include "daemon/runtime/expiry_watch.h"
 
 namespace lss {
 namespace {
@@ -73,6 +74,36 @@ TEST(ClockStep, ASetClockIsReportedOnceAndASlewedOneIsFollowed) {
   TimeNs utc = 104 * kSecond;
   for (int i = 6; i < 1000; ++i)
     EXPECT_EQ(clock.look(i * kSecond, utc += kSecond + ClockStep::kLimit / 2), 0);
+}
+
+TEST(ExpiryWatch, TheExpiryIsToldOnceADayFrom30DaysBeforeAndWhenItHasHappened) {
+  constexpr std::int64_t kDay = ExpiryWatch::kDay_s, kEnd = 400 * kDay + kDay / 2;
+  ExpiryWatch watch(kEnd);
+  std::vector<std::int64_t> told;
+  for (std::int64_t utc = 0; utc < 402 * kDay; utc += 600) {
+    if (const auto left = watch.look(utc)) told.push_back(*left);
+  }
+  ASSERT_EQ(told.size(), 32u);
+  EXPECT_EQ(told.front(), 30 * kDay - 600);
+  for (std::size_t i = 1; i < 30; ++i) EXPECT_EQ(told[i], told[i - 1] - kDay);
+  EXPECT_EQ(told[30], -600);
+  EXPECT_EQ(told[31], -600 - kDay);
+  ExpiryWatch late(kEnd);
+  EXPECT_EQ(late.look(kEnd - 3600), 3600);
+  EXPECT_EQ(late.look(kEnd), std::nullopt);
+  EXPECT_EQ(late.look(kEnd + 1), -1) << "at once";
+  EXPECT_EQ(late.look(kEnd + 2), std::nullopt);
+}
+
+TEST(ExpiryWatch, AClockThatIsSetTellsItAgainAndWithoutACertificateNothingIsTold) {
+  constexpr std::int64_t kDay = ExpiryWatch::kDay_s;
+  ExpiryWatch watch(100 * kDay);
+  EXPECT_EQ(watch.look(99 * kDay), kDay);
+  EXPECT_EQ(watch.look(99 * kDay - 5), std::nullopt) << "slewed";
+  EXPECT_EQ(watch.look(90 * kDay), 10 * kDay);
+  EXPECT_EQ(watch.look(200 * kDay), -100 * kDay);
+  EXPECT_EQ(watch.look(200 * kDay + 1), std::nullopt);
+  EXPECT_EQ(ExpiryWatch().look(INT64_MAX / 2), std::nullopt);
 }
 
 }  // namespace

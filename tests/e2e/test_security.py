@@ -215,6 +215,17 @@ class Security(Enclaves, Scenario):
         self.wait_log(daemon, "expired certificates are accepted")
         self.cli_ok("stop", "--dry-run")
 
+    @real_time("the clock that is set is the wall clock")
+    def test_a_certificate_that_expires_while_the_daemon_runs_is_told(self):
+        self.keystore = self.make_keystore()  # 3650 days
+        self.start_sim()
+        self.clock = os.path.join(self.folder, "clock")
+        self.set_clock(0)
+        daemon = self.start_daemon(self.secured(), LD_PRELOAD=CLOCK, LSS_E2E_CLOCK=self.clock)
+        self.assertNotIn("expires in", daemon.out() + daemon.err())
+        self.set_clock(3630 * 86400)
+        self.wait_log(daemon, "a certificate of DDS Security expires in 19 days")
+
     def test_peers_that_are_killed_and_restarted_are_back_in_time(self):
         self.keystore = self.make_keystore()
         self.start_sim()
