@@ -240,6 +240,17 @@ class Together(Scenario):
         again.signal(signal.SIGTERM)
         self.assertEqual(again.wait(12), 0)
 
+    def test_ctrl_c_ends_a_wait_while_time_hardly_moves(self):
+        self.SPEED = 0.1
+        self.start_sim()
+        self.start_daemon(wait=False)
+        client = self.begin_cli("run", "--lockstep", "--dir", self.run_folder, "-e", "status; wait 1h --at-speed")
+        self.wait_for_text(client, "OBC link", 60)
+        begun_s = time.monotonic()
+        client.signal(signal.SIGINT)
+        self.assertEqual(client.wait(60), 6, client.err())
+        self.assertLess(time.monotonic() - begun_s, 15, "3 s of simulated time take 30 s")
+
     def refused(self, *words):
         told = run([DAEMON, "--run-dir", self.run_folder, "--domain", str(self.domain), "--lockstep", *words],
                    self.environment(), BOOT_S)

@@ -367,7 +367,7 @@ std::optional<Link::Answer> Link::next_answer() {
 Waker::Result Link::wait(Clock::time_point until, int input_fd) {
   constexpr int kLook_ms = 10, kLooks = 1000;
   Waker::Result woken = waker_.wait(until, input_fd);
-  for (int look = 0; !hear_all(look); ++look) {
+  for (int look = 0; !woken.interrupted && !hear_all(look); ++look) {
     if (look == kLooks)
       throw Failure(ExitCode::unreachable, "data from the daemon does not arrive");
     const Waker::Result more = waker_.poll(kLook_ms, input_fd);

@@ -1,6 +1,7 @@
 #include "tools/lss-cli/session/waker.h"
 
 #include <poll.h>
+#include <sys/epoll.h>
 #include <sys/eventfd.h>
 #include <sys/signalfd.h>
 #include <unistd.h>
@@ -10,7 +11,9 @@
 #include <chrono>
 #include <csignal>
 #include <cstdint>
+#include <thread>
 
+#include "drivers/file.h"
 #include "tools/lss-cli/show/failure.h"
 
 namespace lss::cli {
@@ -31,6 +34,42 @@ sigset_t interrupts() {
 
 }  // namespace
 
+// Wakes the waiter at each signal, which it leaves to it: simulated time may stand still.
+class Waker::Rouser {
+ public:
+  Rouser(int signal_fd, lockstep::Waiter& waiter) : waiter_(waiter) {
+    for (const int fd : {signal_fd, end_.get()}) {
+      epoll_event event{};
+      event.events = EPOLLIN | EPOLLET;
+      event.data.fd = fd;
+      if (::epoll_ctl(poll_.get(), EPOLL_CTL_ADD, fd, &event) != 0)
+        throw Failure(ExitCode::internal, "no file descriptors left");
+    }
+    thread_ = std::thread([this] { run(); });
+  }
+  ~Rouser() {
+    int end = end_.get();
+    wake(&end);
+    thread_.join();
+  }
+  Rouser(const Rouser&) = delete;
+  Rouser& operator=(const Rouser&) = delete;
+
+ private:
+  void run() {
+    epoll_event event{};
+    while (true) {
+      if (::epoll_wait(poll_.get(), &event, 1, -1) != 1) continue;
+      if (event.data.fd == end_.get()) return;
+      waiter_.wake();
+    }
+  }
+
+  lockstep::Waiter& waiter_;
+  const File poll_{::epoll_create1(EPOLL_CLOEXEC)}, end_{::eventfd(0, EFD_CLOEXEC)};
+  std::thread thread_;
+};
+
 Waker::Waker() {
   const sigset_t set = interrupts();
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
@@ -46,6 +85,7 @@ Waker::Waker() {
 }
 
 Waker::~Waker() {
+  rouser_.reset();
   dds_delete_listener(listener_);
   close(news_fd_);
   close(signal_fd_);
@@ -59,6 +99,7 @@ void Waker::take_part(const std::string& folder, const std::string& source) {
   const Clock::time_point now = Clock::now();
   part_ = std::make_unique<lockstep::Part>("client");
   client_ = std::make_unique<lockstep::Client>(source);
+  rouser_ = std::make_unique<Rouser>(signal_fd_, waiter_);
   Clock::ahead_ns = now.time_since_epoch().count() - lockstep::now();
 }
 
@@ -70,7 +111,7 @@ Waker::Result Waker::wait(Clock::time_point until, int input_fd) {
 }
 
 Waker::Result Waker::wait_in_simulation(Clock::time_point until, int input_fd) {
-  lockstep::wait(until.time_since_epoch().count() - Clock::ahead_ns);
+  waiter_.wait(until.time_since_epoch().count() - Clock::ahead_ns);
   if (lockstep::over()) throw Failure(ExitCode::unreachable, "the simulation has ended");
   return poll(0, input_fd);
 }

@@ -3,7 +3,7 @@
 // The only place where lss-cli waits: for news on DDS, for Ctrl-C and for the keyboard. During its
 // lifetime SIGINT, SIGTERM and SIGHUP are blocked in this thread and in those it starts, and only
 // wait() receives them: create it before any DDS entity. Main thread only, except for the listener,
-// which Cyclone's threads call.
+// which Cyclone's threads call. In simulated time a thread wakes the main thread for a signal.
 
 #include <dds/dds.h>
 
@@ -68,10 +68,14 @@ class Waker {
   lockstep::Client* simulation() { return client_.get(); }
 
  private:
+  class Rouser;
+
   Result wait_in_simulation(Clock::time_point until, int input_fd);
 
   std::unique_ptr<lockstep::Part> part_;
   std::unique_ptr<lockstep::Client> client_;
+  lockstep::Waiter waiter_;
+  std::unique_ptr<Rouser> rouser_;
   int news_fd_ = -1, signal_fd_ = -1;
   bool was_interrupted_ = false;
   dds_listener_t* listener_ = nullptr;
