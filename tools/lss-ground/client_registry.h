@@ -152,6 +152,7 @@ class ClientRegistry {
   nlohmann::json parameters(const Craft& craft) const;
   void receive_foxglove(Client& client, std::string_view text);
   void show_vehicle(const Craft& craft);
+  void show_channels(Client& client, const std::string& id);
   void hide_vehicle(const std::string& id);
   void show_status(const Craft& craft);
   void show_event(const Craft& craft, const lss_Event& event);

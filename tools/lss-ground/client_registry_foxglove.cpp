@@ -50,22 +50,27 @@ void ClientRegistry::show(Client& client, std::string only) {
   tell_newest(client, "",
               foxglove_frame({{"op", "advertise"}, {"channels", foxglove::Json::array()}}));
   for (const std::string& id : described_) {
-    if (shows(client, id))
-      tell_newest(client, "", foxglove_frame(channels_.advertise(id, client.only)));
+    if (shows(client, id)) client.untold.push_back(id);
   }
+  tell_more(client);
+}
+
+void ClientRegistry::show_channels(Client& client, const std::string& id) {
+  tell_newest(client, "", foxglove_frame(channels_.advertise(id, client.only)));
 }
 
 void ClientRegistry::show_vehicle(const Craft& craft) {
   channels_.add(craft);
   for (auto& [number, client] : clients_) {
-    if (shows(client, craft.id))
-      tell_newest(client, "", foxglove_frame(channels_.advertise(craft.id, client.only)));
+    if (!shows(client, craft.id)) continue;
+    client.untold.push_back(craft.id);
+    tell_more(client);
   }
 }
 
 void ClientRegistry::hide_vehicle(const std::string& id) {
   for (auto& [number, client] : clients_) {
-    if (!shows(client, id)) continue;
+    if (!shows(client, id) || std::erase(client.untold, id) > 0) continue;
     std::erase_if(client.subscriptions, [&](const auto& subscription) {
       const auto place = channels_.find(subscription.first);
       return !place || place->id == id;

@@ -117,6 +117,10 @@ void ClientRegistry::tell_more(Client& client) {
     const Craft* craft = fleet_.find(client.untold.front());
     client.untold.pop_front();
     if (craft == nullptr) continue;
+    if (client.line == Client::Line::foxglove) {
+      show_channels(client, craft->id);
+      continue;
+    }
     tell(client, describe(*craft));
     if (craft->parameters.count > 0) tell(client, parameters(*craft));
     tell(client, status(*craft));
