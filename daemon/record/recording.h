@@ -26,7 +26,7 @@ inline constexpr std::array<std::uint8_t, 8> kRecordingMagic{0x89, 'L', 'S', 'S'
 enum class Item : std::uint8_t {
   frame = 1,  // a record, as Writer of fields.h writes it (frame_record.h)
   state = 2,  // state of the vehicle after the frame before (state.h)
-  lost = 3,   // so many frames are missing here: u64
+  lost = 3,   // so many frames are missing here: u64; 0, from the reader: it is not known how many
 };
 
 std::uint32_t crc32c(std::span<const std::uint8_t> bytes);
@@ -76,7 +76,8 @@ class RecordingWriter {
   RecordingEnd so_far_;
 };
 
-// Reads a file chunk by chunk, also one that is being written.
+// Reads a file chunk by chunk, also one that is being written. Goes on behind damage with the next
+// complete chunk, after an Item::lost; its end is then `damaged`.
 class RecordingReader {
  public:
   enum class End : std::uint8_t {
@@ -84,7 +85,7 @@ class RecordingReader {
     whole,    // it was ended
     open,     // it was not, without a partial chunk: it is being written, or the daemon was killed
     torn,     // the last chunk is incomplete
-    damaged,  // bytes were changed: not reliable
+    damaged,  // bytes were changed, or not all chunks are there
   };
 
   // An error concerns the file as a whole.
@@ -106,8 +107,11 @@ class RecordingReader {
  private:
   RecordingReader(File file, std::uint64_t size) : file_(std::move(file)), size_(size) {}
   tl::expected<void, std::string> read_header();
+  bool next_item(Item& kind, std::span<const std::uint8_t>& bytes);
   bool next_chunk();
   bool read_chunk();
+  bool skip_damage();
+  bool find_chunk(std::uint64_t& at, std::uint32_t& index);
   void classify();
   std::uint64_t file_size() const;
   std::uint64_t end_of_use() const;
@@ -125,6 +129,10 @@ class RecordingReader {
   End end_ = End::none;
   std::uint64_t torn_bytes_ = 0;
   std::string trouble_;
+  // Of damage that was skipped.
+  unsigned skips_ = 0;
+  std::uint64_t missing_ = 0, searched_ = 0;  // chunks; bytes that were no complete chunk
+  std::string damage_;                        // the first
 };
 
 // Truncates a file that was not ended after its last complete chunk, unless a process still writes

@@ -21,6 +21,9 @@ namespace {
 using namespace format;
 
 constexpr std::size_t kWindow = 64 * 1024;  // files are looked through piece by piece
+// A file that was made to be slow to read is not read further.
+constexpr unsigned kMostSkips = 64;
+constexpr std::uint64_t kMostSearched = 4 * most::kChunkBytes;
 
 // A field of the wrong type. A missing field is checked where it is needed.
 std::optional<std::string> wrong_field(const nlohmann::ordered_json& header) {
@@ -103,8 +106,25 @@ tl::expected<void, std::string> RecordingReader::read_header() {
 }
 
 bool RecordingReader::next(Item& kind, std::span<const std::uint8_t>& bytes) {
+  if (next_item(kind, bytes)) return true;
+  if (skips_ > 0) {
+    end_ = End::damaged;
+    torn_bytes_ = 0;
+    trouble_ = fmt::format("{}; chunks that are missing: {}", damage_, missing_);
+  }
+  return false;
+}
+
+bool RecordingReader::next_item(Item& kind, std::span<const std::uint8_t>& bytes) {
+  static constexpr std::array<std::uint8_t, sizeof(std::uint64_t)> kUnknown{};
   while (at_ == chunk_.size()) {
-    if (end_ != End::none || !next_chunk()) return false;
+    if (end_ != End::none) return false;
+    if (!next_chunk()) {
+      if (!skip_damage()) return false;
+      kind = Item::lost;
+      bytes = kUnknown;
+      return true;
+    }
     if (kind_ == kEnd) {
       end_ = End::whole;
       chunk_.clear();
@@ -173,6 +193,47 @@ bool RecordingReader::read_chunk() {
   chunk_.erase(chunk_.begin(), chunk_.begin() + kHead);
   chunk_.resize(head.size);
   return true;
+}
+
+// After damage: the next chunk to read is the next complete one. False: there is none.
+bool RecordingReader::skip_damage() {
+  std::uint64_t at = 0;
+  std::uint32_t index = 0;
+  if (end_ != End::damaged || skips_ == kMostSkips || !find_chunk(at, index)) return false;
+  if (skips_++ == 0) damage_ = trouble_;
+  missing_ += index - index_;
+  offset_ = at;
+  index_ = index;
+  end_ = End::none;
+  trouble_.clear();
+  return true;
+}
+
+// The first complete chunk from offset_ on that can follow, and its index.
+bool RecordingReader::find_chunk(std::uint64_t& at, std::uint32_t& index) {
+  const std::uint64_t end = end_of_use();
+  std::vector<std::uint8_t> window, chunk;
+  Head head;
+  for (std::uint64_t from = offset_; from + kHead <= end; from += window.size() - kHead + 1) {
+    window.resize(std::min<std::uint64_t>(kWindow, end - from));
+    if (!read_at(from, window)) return false;
+    const std::span<const std::uint8_t> all(window);
+    for (std::size_t i = 0; i + kHead <= all.size(); ++i) {
+      if (!read_head(all.subspan(i), head)) continue;
+      at = from + i;
+      const std::uint64_t size = kHead + std::uint64_t{head.size} + kTrail;
+      if (head.kind == kBegin || head.index < index_ || head.size > most::kChunkBytes ||
+          end - at < size)
+        continue;
+      chunk.resize(size);
+      if (!read_at(at, chunk)) return false;
+      index = head.index;
+      if (const Body body = check_body(chunk, head); body.crc && body.trail) return true;
+      searched_ += size;
+      if (searched_ > kMostSearched) return false;
+    }
+  }
+  return false;
 }
 
 bool RecordingReader::being_written() const {

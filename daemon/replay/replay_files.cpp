@@ -67,9 +67,11 @@ class FileReplay {
       return damaged ? Replayed::damaged : foreign ? Replayed::foreign : Replayed::unreadable;
     }
     introduce(reader->header());
-    if (const Replayed sound = check_bytes(*reader); sound != Replayed::equal) return sound;
+    const bool damaged = !check_bytes(*reader);
     if (const Replayed ours = prepare(reader->header()); ours != Replayed::equal) return ours;
-    return execute();
+    const Replayed result = execute();
+    const bool agrees = result == Replayed::equal || result == Replayed::incomplete;
+    return damaged && agrees ? Replayed::damaged : result;
   }
 
  private:
@@ -84,16 +86,16 @@ class FileReplay {
                     fmt::gmtime(utc_s)));
   }
 
-  // Checks the whole file before any of it is used.
-  Replayed check_bytes(Reader& reader) const {
+  // Checks the whole file before any of it is used. False: it is damaged.
+  bool check_bytes(Reader& reader) const {
     Item kind;
     std::span<const std::uint8_t> bytes;
     while (reader.next(kind, bytes)) {
     }
     switch (reader.end()) {
       case Reader::End::damaged:
-        say(fmt::format("refused: {}", reader.trouble()));
-        return Replayed::damaged;
+        say(fmt::format("{}; what is whole is replayed", reader.trouble()));
+        return false;
       case Reader::End::torn:
         say(fmt::format("torn: {}; what is whole is replayed", reader.trouble()));
         break;
@@ -103,7 +105,7 @@ class FileReplay {
         break;
       default: break;
     }
-    return Replayed::equal;
+    return true;
   }
 
   Replayed refuse(const std::string& why) const {

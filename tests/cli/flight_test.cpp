@@ -338,8 +338,8 @@ TEST_F(FlightLog, OneThatWasCutIsReadAsFarAsItIsWhole) {
   EXPECT_EQ(json::parse(run({"--json", "log", "list", path_}).out)["end"], "open");
 }
 
-// Its content is not used, except the part before the damage on request.
-TEST_F(FlightLog, OneBitThatIsFlippedAnywhereIsRefused) {
+// Only who asks for it gets what is behind the damage.
+TEST_F(FlightLog, OneBitThatIsFlippedAnywhereIsToldAndWhatIsWholeIsShown) {
   write();
   const std::string good = content();
   for (std::size_t bit = 0; bit < good.size() * 8; bit += 3) {
@@ -349,19 +349,29 @@ TEST_F(FlightLog, OneBitThatIsFlippedAnywhereIsRefused) {
     ASSERT_THROW(numbers(), Failure) << "bit " << bit;
   }
   std::string bad = good;
-  bad[good.size() - 400] ^= 4;
+  bad[good.size() - 400] ^= 4;  // of frames 110 and 111
   put_content(bad);
   const auto before = numbers({.frames = recording::parse_frames("..103")});
   EXPECT_THAT(before, ElementsAre(101, 102, 103));
-  const Ended shown = run({"log", "show", path_});
+  EXPECT_THAT(numbers({.damaged = true}), ElementsAre(101, 102, 103, 104, 105, 109, 112, 113));
+  const Ended shown = run({"--json", "log", "show", path_});
   EXPECT_EQ(shown.code, 6);
+  EXPECT_EQ(json::parse(shown.out)["frames"].size(), 8u);
   EXPECT_THAT(shown.err, HasSubstr("damaged in the chunk that begins at byte"));
-  EXPECT_THAT(shown.err, HasSubstr("or what is before it by: --frame .."));
+  EXPECT_THAT(shown.err, HasSubstr("chunks that are missing: 1; what is whole is read"));
   const Ended listed = run({"--json", "log", "list", path_});
   EXPECT_EQ(listed.code, 6);
   EXPECT_EQ(json::parse(listed.out)["end"], "damaged");
-  EXPECT_EQ(run({"log", "export", path_, "--out", (folder_ / "a.csv").string()}).code, 6);
-  EXPECT_FALSE(fs::exists(folder_ / "a.csv")) << "no half of a file";
+  EXPECT_EQ(json::parse(listed.out)["lost"], 5);
+  const std::string csv = (folder_ / "a.csv").string();
+  EXPECT_EQ(run({"log", "export", path_, "--out", csv}).code, 6);
+  EXPECT_EQ(lines(testing_support::content(csv)).size(), 9u);
+  try {
+    numbers();
+    FAIL();
+  } catch (const Failure& e) {
+    EXPECT_THAT(e.advice(), HasSubstr("or what is before it by: --frame ..109"));
+  }
 }
 
 TEST_F(FlightLog, OfAnUnknownVehicleHasTheNamesOfTheDictionaryInIt) {

@@ -181,6 +181,30 @@ TEST_F(RecordingTest, ChunksThatAreMissingOrTwiceThereAreDamage) {
   EXPECT_EQ(read(more).end, End::damaged);
 }
 
+// As a power cut leaves a file whose sectors the disk wrote in another order.
+TEST_F(RecordingTest, ChunksBehindDamageAreReadAndThoseThatAreMissingAreCounted) {
+  for (const bool ended : {true, false}) {
+    ends_.clear();
+    Bytes bad = make(ended);
+    std::fill(bad.begin() + static_cast<std::ptrdiff_t>(ends_[0] + 10),
+              bad.begin() + static_cast<std::ptrdiff_t>(ends_[1]), std::uint8_t{0});
+    const Read read = this->read(bad);
+    EXPECT_EQ(read.end, End::damaged);
+    const Bytes unknown(8, 0);
+    EXPECT_EQ(read.items, (std::vector{record(1), record(2), unknown, record(5), record(6)}));
+    auto reader = RecordingReader::open(path());
+    Item kind;
+    std::span<const std::uint8_t> item;
+    while (reader->next(kind, item)) {
+    }
+    EXPECT_THAT(reader->trouble(), testing::HasSubstr("damaged in the chunk that begins at byte " +
+                                                      std::to_string(ends_[0])));
+    EXPECT_THAT(reader->trouble(), testing::HasSubstr("chunks that are missing: 1"));
+    EXPECT_FALSE(cut_recording(path())) << "it is left as it is";
+    EXPECT_EQ(content(), bad);
+  }
+}
+
 TEST_F(RecordingTest, OtherFilesAndOtherFormatsAreRefusedByName) {
   std::ofstream(path()) << "{\"lss\": \"log\"}\n";
   EXPECT_THAT(RecordingReader::open(path()).error(), testing::HasSubstr("is no recording"));
@@ -331,6 +355,27 @@ TEST_F(HostileRecording, AChunkThatIsTooLargeIsDamage) {
   EXPECT_FALSE(reader->next(kind, item));
   EXPECT_EQ(reader->end(), End::damaged);
   EXPECT_THAT(reader->trouble(), testing::HasSubstr("at most 16000000 are read"));
+}
+
+// Many heads of large chunks, none of which is one.
+TEST_F(HostileRecording, WhatIsBehindDamageIsSearchedOnlySoLong) {
+  const Bytes good = make(true);
+  const Bytes before(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(ends_[0]));
+  Bytes head(good.begin() + static_cast<std::ptrdiff_t>(ends_[0]),
+             good.begin() + static_cast<std::ptrdiff_t>(ends_[0]) + 16);
+  head[8 + 3] = 1;  // its index, far beyond
+  const std::uint32_t size = 4'000'000;
+  std::memcpy(&head[12], &size, sizeof size);
+  const std::uint32_t crc = crc32c(head);
+  head.insert(head.end(), reinterpret_cast<const std::uint8_t*>(&crc),
+              reinterpret_cast<const std::uint8_t*>(&crc) + sizeof crc);
+  Bytes bad = before;
+  bad.push_back('x');
+  for (int i = 0; i < 100'000; ++i) bad.insert(bad.end(), head.begin(), head.end());
+  bad.resize(bad.size() + size, 'x');
+  bad.insert(bad.end(), good.begin() + static_cast<std::ptrdiff_t>(ends_[1]), good.end());
+  EXPECT_EQ(read(bad).end, End::damaged);
+  EXPECT_EQ(read(bad).items.size(), 2u) << "given up";
 }
 
 TEST_F(HostileRecording, APipeIsRefusedAtOnce) {

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cstring>
+#include <utility>
 
 #include "daemon/record/limits.h"
 #include "tools/lss-cli/recording/recording.h"
@@ -24,6 +26,30 @@ std::uint64_t load(RecordLayout::Bytes record, std::size_t at) {
   std::memcpy(&x, &record[at], sizeof x);
   return x;
 }
+
+// Counts the frames that are missing before the next one.
+class Missing {
+ public:
+  void take(RecordLayout::Bytes item) {
+    if (item.size() != sizeof(std::uint64_t)) return;
+    const std::uint64_t frames = load(item, 0);
+    counted_ += frames;
+    unknown_ = unknown_ || frames == 0;
+  }
+  std::uint64_t before(std::uint64_t frame) {
+    const std::uint64_t skipped = unknown_ && last_ && frame > *last_ ? frame - *last_ - 1 : 0;
+    last_ = frame;
+    unknown_ = false;
+    return std::max(std::exchange(counted_, 0), skipped);
+  }
+  std::uint64_t behind() const { return counted_; }  // the last one
+  bool unknown() const { return unknown_; }
+
+ private:
+  std::uint64_t counted_ = 0;
+  bool unknown_ = false;
+  std::optional<std::uint64_t> last_;
+};
 
 std::string schema_of(const std::string& path, const nlohmann::ordered_json& header) {
   const auto schema = header.find("schema");
@@ -102,15 +128,22 @@ Flight::Flight(const std::string& path, RecordingReader reader)
 void Flight::read_all(RecordingReader& reader) {
   Item kind;
   RecordLayout::Bytes bytes;
+  Missing missing;
+  bool sound = true;
   while (reader.next(kind, bytes)) {
-    if (kind == Item::lost && bytes.size() == sizeof(std::uint64_t)) lost_ += load(bytes, 0);
+    if (kind == Item::lost) missing.take(bytes);
+    sound = sound && !missing.unknown();
     if (kind != Item::frame) continue;
     last_ = frame(bytes);
     last_.record = {};
+    if (sound) sound_ = last_;
+    lost_ += missing.before(last_.number);
     if (frames_++ == 0) first_ = last_;
   }
   last_.t_s = static_cast<double>(last_.time_ns - first_.time_ns) / 1e9;
   first_.t_s = 0;
+  if (sound_) sound_->t_s = static_cast<double>(sound_->time_ns - first_.time_ns) / 1e9;
+  lost_ += missing.behind();
   end_ = reader.end();
   trouble_ = reader.trouble();
 }
@@ -146,7 +179,7 @@ std::string Flight::complaint() const {
   switch (end_) {
     case End::whole: return "";
     case End::torn: return "torn: " + trouble_ + "; what is whole is read";
-    case End::damaged: return trouble_;
+    case End::damaged: return trouble_ + "; what is whole is read";
     default:
       return "not ended: the daemon runs still, was killed, or lost its power; what is whole is "
              "read";
@@ -158,14 +191,13 @@ bool Flight::in(const Part& part, const Frame& frame) const {
 }
 
 void Flight::refuse_damage(const Part& part) const {
-  const bool before =
-      frames_ > 0 && (part.until_s <= last_.t_s || part.frames.last <= last_.number);
-  if (end_ != End::damaged || before) return;
+  if (end_ != End::damaged || (part.damaged && frames_ > 0)) return;
+  if (sound_ && (part.until_s <= sound_->t_s || part.frames.last <= sound_->number)) return;
   const std::string what = fmt::format("{} is {}", path_, trouble_);
-  if (frames_ == 0) throw Failure(ExitCode::failed, what, "take another copy of the file");
+  if (!sound_) throw Failure(ExitCode::failed, what, "take another copy of the file");
   throw Failure(ExitCode::failed, what,
                 fmt::format("take another copy of the file, or what is before it by: --frame ..{}",
-                            last_.number));
+                            sound_->number));
 }
 
 void Flight::refuse_emptiness(const Part& part) const {
@@ -191,13 +223,14 @@ void Flight::each(const Part& part, const std::function<void(const Frame&)>& tak
   RecordingReader reader = open(path_);
   Item kind;
   RecordLayout::Bytes bytes;
-  std::uint64_t lost = 0, taken = 0;
+  Missing missing;
+  std::uint64_t taken = 0;
   for (std::uint64_t seen = 0; seen < frames_ && reader.next(kind, bytes);) {
-    if (kind == Item::lost && bytes.size() == sizeof(std::uint64_t)) lost += load(bytes, 0);
+    if (kind == Item::lost) missing.take(bytes);
     if (kind != Item::frame) continue;
     ++seen;
     Frame now = frame(bytes);
-    now.lost = std::exchange(lost, 0);
+    now.lost = missing.before(now.number);
     if (!in(part, now)) continue;
     ++taken;
     take(now);

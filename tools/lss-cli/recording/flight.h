@@ -8,6 +8,7 @@
 #include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -32,6 +33,7 @@ struct Part {
   FrameRange frames{};
   double from_s = -std::numeric_limits<double>::infinity();
   double until_s = std::numeric_limits<double>::infinity();
+  bool damaged = false;  // also of a damaged file, what is whole; otherwise only what is before
 };
 
 class Flight {
@@ -62,7 +64,8 @@ class Flight {
   // A note about its end; empty: it was ended.
   std::string complaint() const;
 
-  // In their order. A part that extends past damage, or has no frame, is an error.
+  // In their order. A part without a frame is an error, and one that extends past damage, unless
+  // Part::damaged.
   void each(const Part& part, const std::function<void(const Frame&)>& take) const;
 
  private:
@@ -81,6 +84,7 @@ class Flight {
   std::int64_t period_ns_ = 0, utc_from_time_ns_ = 0;
   std::uint64_t frames_ = 0, lost_ = 0, bytes_ = 0;
   Frame first_, last_;
+  std::optional<Frame> sound_;  // the last one before damage
   End end_ = End::none;
   std::string trouble_;
 };

@@ -17,8 +17,10 @@ const std::vector<std::string> kOfLine = {"in.requests", "outbox.events", "state
                                           "timing"};
 
 recording::Part part_of(const LogWanted& wanted) {
-  return {
-      .frames = wanted.frames, .from_s = wanted.filter.from_s, .until_s = wanted.filter.until_s};
+  return {.frames = wanted.frames,
+          .from_s = wanted.filter.from_s,
+          .until_s = wanted.filter.until_s,
+          .damaged = true};
 }
 
 void refuse_topics(const LogWanted& wanted) {
@@ -44,6 +46,10 @@ std::string build(const Flight& flight) {
   const auto found = flight.header().find("build");
   if (found == flight.header().end() || !found->is_object()) return "?";
   return fmt::format("{} ({})", found->value("id", "?").substr(0, 12), found->value("type", "?"));
+}
+
+ExitCode code_of(const Flight& flight) {
+  return flight.end() == Flight::End::damaged ? ExitCode::failed : ExitCode::completed;
 }
 
 void print_who(Context& context, const Flight& flight) {
@@ -118,7 +124,7 @@ ExitCode list(Context& context, const LogWanted& wanted) {
     document["fields"] = fields(context, flight);
   }
   context.output.document(std::move(document));
-  return flight.end() == Flight::End::damaged ? ExitCode::failed : ExitCode::completed;
+  return code_of(flight);
 }
 
 // ---- show
@@ -209,7 +215,7 @@ ExitCode show(Context& context, const LogWanted& wanted) {
     output.document({{"header", std::move(about)}, {"frames", std::move(frames)}});
   }
   if (!flight.complaint().empty()) output.note(flight.complaint());
-  return ExitCode::completed;
+  return code_of(flight);
 }
 
 // ---- export
@@ -252,7 +258,7 @@ ExitCode exports(Context& context, const LogWanted& wanted) {
   const ExitCode code = export_rows(
       context, wanted, "frames", [&](std::FILE* file) { return write_csv(flight, wanted, file); });
   if (!flight.complaint().empty()) context.output.note(flight.complaint());
-  return code;
+  return code == ExitCode::completed ? code_of(flight) : code;
 }
 
 // ---- in a folder
