@@ -82,6 +82,7 @@ class Composed {
 
  private:
   static constexpr TimeNs kBegin = 1'000'000 * kSecond;
+  static constexpr std::size_t kPanel = kModules - 1;
   static constexpr std::size_t kMost = 2;  // failures
 
   enum class Want : std::uint8_t { walk, stop };
