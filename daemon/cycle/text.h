@@ -64,6 +64,8 @@ struct Presentation {
   // "position_m[0]"; the member of each element of a part: "wheels.current_A".
   struct Headline {
     const char *field, *label;
+    const char* limit = nullptr;  // parameter with the value from which the daemon acts
+    const char* parts = nullptr;  // of an array with an element for each of these
   };
 
   // A way to drive by holding a key or a stick, with the first parameters of `command`; NaN: the

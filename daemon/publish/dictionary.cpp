@@ -109,8 +109,11 @@ Json presentation(const Presentation& p) {
   for (const Presentation::Hold& h : p.hold)
     json["hold"].push_back(
         {{"way", h.way}, {"command", h.command}, {"parameters", list(h.parameters)}});
-  for (const Presentation::Headline& h : p.headline)
+  for (const Presentation::Headline& h : p.headline) {
     json["headline"].push_back({{"field", h.field}, {"label", h.label}});
+    if (h.limit != nullptr) json["headline"].back()["limit"] = h.limit;
+    if (h.parts != nullptr) json["headline"].back()["parts"] = h.parts;
+  }
   for (const Presentation::Step& s : p.steps)
     json["steps"].push_back({{"step", s.step},
                              {"modes", list(s.modes)},
@@ -193,7 +196,7 @@ std::string type_name(std::string vehicle) {
 
 std::string dictionary(const std::string& vehicle, const Logic& logic, const Vocabulary& vocabulary,
                        std::string_view telemetry_schema, std::string_view idl) {
-  Json json = {{"schema_version", 5},
+  Json json = {{"schema_version", 6},
                {"vehicle", vehicle},
                {"states", kStateNames},
                {"modes", vocabulary.modes},

@@ -217,6 +217,15 @@ TEST(Dictionary, NamesOnlyWhatIsThere) {
       for (const json& entry : presentation[list])
         EXPECT_TRUE(is_field(fields, entry["field"])) << all["vehicle"] << " " << list << entry;
     }
+    for (const json& line : presentation["headline"]) {
+      const auto named = [](const json& list, const char* member, const json& name) {
+        return std::ranges::any_of(list, [&](const json& one) { return one[member] == name; });
+      };
+      EXPECT_TRUE(!line.contains("limit") || named(all["parameters"], "name", line["limit"]))
+          << all["vehicle"] << line;
+      EXPECT_TRUE(!line.contains("parts") || named(presentation["parts"], "field", line["parts"]))
+          << all["vehicle"] << line;
+    }
     for (const json& detail : presentation["details"])
       EXPECT_TRUE(is_field(fields, detail)) << all["vehicle"] << " " << detail;
     EXPECT_TRUE(is_field(fields, presentation["distance"])) << all["vehicle"];

@@ -78,6 +78,8 @@ async function ardito() {
   await press("drive");
   await says("#state", "Running");
   await page.waitForFunction(() => Number(/driven ([\d.]+) m/.exec(document.querySelector("#overlay").innerText)?.[1]) > 0.8, null, {polling: 100});
+  await says("#overlay", "wheels sunk by LF ");
+  await says("#overlay", "(limit 0.060)");
   await moving("ground-ardito", "drove", /driven ([\d.]+) m/);
   await done("halt");
   await done("stop");

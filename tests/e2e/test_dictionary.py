@@ -29,7 +29,7 @@ class Dictionary:
         self.start_all()
         said = self.json_of("dictionary")
         self.assertEqual(said["vehicle"], vehicle)
-        self.assertEqual(said["schema_version"], 5, "of the dictionary, not of lss-cli's documents")
+        self.assertEqual(said["schema_version"], 6, "of the dictionary, not of lss-cli's documents")
         self.assertEqual(said["states"], ["Idle", "Operational", "FatalError", "SolveErrors"])
 
         commands = {command["name"]: command for command in said["commands"]}

@@ -213,6 +213,9 @@ class Sinking(Parameters, Rover):
         status = self.status()
         self.assertEqual(status["mode"], "Running")
         self.assertNotIn(FAULT["wheel_embedded"], self.fault_ids(status))
+        sunk_m = self.telemetry()["sunk_m"]
+        self.assertEqual(max(range(6), key=lambda i: sunk_m[i]), 3)
+        self.assertGreater(sunk_m[3], 0.05)
         client.kill()
         self.wait_state(IDLE)
 

@@ -113,6 +113,8 @@ async function openStill(button) {
 }
 const is = (code) => page.waitForFunction(code);
 const say = (message, protocol = "lss-ground") => page.evaluate(([p, m]) => gateway.say(p, m), [protocol, message]);
+// Its parameters: one.
+const limited = (id, name, value) => ({type: "parameters", id, parameters: [{name, value, unit: "", min: 0, max: 1, whole: false, configured: value, saved: null, as_configured: true, as_saved: true, change: "always", help: ""}]});
 const stops = () => page.evaluate("gateway.stops()");
 const answer = (request, more) => say({type: "ack", request, command: "estop", final: false, ...more}, "lss-stop");
 // The last command of this name.
@@ -373,17 +375,42 @@ const tests = {
   },
 
   async a_wheel_that_digs_itself_in_shows_how_deep_and_which_one() {
-    const rover = {...vehicle("ardito-1", "ardito"), fields: [{name: "sunk_m", type: "f8", unit: "m", count: 6}], presentation: {headline: [{field: "sunk_m", label: "wheels sunk by"}]}};
-    const stands = (sunk_m) => ({type: "telemetry", id: "ardito-1", telemetry: {sunk_m, wheels: [], steering: [], nodes: [], rho_rad: [0, 0]}});
+    const rover = {...vehicle("ardito-1", "ardito"), subjects: ["LF", "RF", "LM", "RM", "LR", "RR"],
+      fields: [{name: "sunk_m", type: "f8", unit: "m", count: 6}, {name: "wheels", count: 6, fields: [{name: "id", type: "u1"}, {name: "hot", type: "b1"}]}],
+      presentation: {parts: [{field: "wheels", first: 0}], headline: [{field: "sunk_m", label: "wheels sunk by", limit: "mobility.sink_limit_m", parts: "wheels"}]}};
+    const wheels = [1, 2, 3, 4, 5, 6].map((id) => ({id, hot: false}));
+    const stands = (sunk_m) => ({type: "telemetry", id: "ardito-1", telemetry: {sunk_m, wheels, steering: [], nodes: [], rho_rad: [0, 0]}});
     await open({opening: [rover, status("ardito-1"), stands([null, null, null, null, null, null])], crafts: {"ardito-1": {age_ms: 0}}});
-    await says("#overlay", "wheels sunk by – – – – – – m");
+    await says("#overlay", "wheels sunk by LF – RF – LM – RM – LR – RR – m");
+    assert.doesNotMatch(await text("#overlay"), /limit/);
+    await say(limited("ardito-1", "mobility.sink_limit_m", 0.06));
+    await says("#overlay", "RR – m (limit 0.060)");
     await say(stands([-0.02, -0.01, 0, 0.0724, 0.03, -0.07]));
     await say(status("ardito-1", {problems: [{text: "the wheel dug itself in, the others hold: the rover stopped, wheel 4", error: true, advice: "drive back the way it came"}]}));
-    await says("#overlay", "wheels sunk by -0.020 -0.010 0.000 0.072 0.030 -0.070 m");
+    await says("#overlay", "wheels sunk by LF -0.020 RF -0.010 LM 0.000 RM 0.072 LR 0.030 RR -0.070 m (limit 0.060)");
     await says("#problems", "the wheel dug itself in");
+    await page.click("#tab-parts");
+    assert.deepEqual(await page.$$eval("#parts th", (all) => all.map((one) => one.textContent)), ["wheels", "hot", "wheels sunk by, m"]);
+    assert.deepEqual(await page.$$eval("#parts tbody tr:nth-child(4) td", (all) => all.map((one) => one.textContent)), ["RM", "no", "0.072"]);
     assert.deepEqual(page.errors, []);
     await fits();
     await shot("sunk");
+  },
+
+  async a_side_in_soft_soil_shows_which_one_and_that_the_robot_rows() {
+    const limit = "ground.soil_share";
+    const robot = {...vehicle("zebro-1", "zebro"), fields: [{name: "rows", type: "b1"}, {name: "soil_share", type: "f8", count: 2}],
+      presentation: {headline: [{field: "rows", label: "by rowing"}, {field: "soil_share[0]", label: "left side in soil", limit}, {field: "soil_share[1]", label: "right side in soil", limit}]}};
+    const walks = (rows, soil_share) => ({type: "telemetry", id: "zebro-1", telemetry: {rows, soil_share, modules: [], yaw_rad: 0, distance_m: 0}});
+    await open({opening: [robot, status("zebro-1"), limited("zebro-1", limit, 0.16), walks(false, [null, null])], crafts: {"zebro-1": {age_ms: 0}}});
+    await says("#overlay", "by rowing no\nleft side in soil – (limit 0.160)\nright side in soil – (limit 0.160)");
+    await say(walks(true, [0.5234, 0.01]));
+    await says("#overlay", "by rowing yes\nleft side in soil 0.523 (limit 0.160)\nright side in soil 0.010 (limit 0.160)");
+    await say(limited("zebro-1", limit, 0.3));
+    await says("#overlay", "right side in soil 0.010 (limit 0.300)");
+    assert.deepEqual(page.errors, []);
+    await fits();
+    await shot("soil");
   },
 
   async two_daemons_of_one_name_are_named() {

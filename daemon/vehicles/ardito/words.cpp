@@ -40,18 +40,19 @@ constexpr Presentation::Alarm kAlarms[] = {{.field = "port_open",
 constexpr const char* kDetails[] = {"nodes.address", "nodes.drive", "nodes.age_ms",
                                     "nodes.emergency", "nodes.emergencies"};
 constexpr auto kFirst = kinds(CommandKind::drive, CommandKind::park, CommandKind::halt);
-constexpr Presentation::Headline kHeadline[] = {{"measured_m_s", "speed"},
-                                                {"speed_m_s", "commanded"},
-                                                {"limit_m_s", "limit"},
-                                                {"slip_share", "lost by slip"},
-                                                {"speed_share", "share driven"},
-                                                {"sunk_m", "wheels sunk by"},
-                                                {"distance_m", "driven"},
-                                                {"x_m", "ahead"},
-                                                {"y_m", "left"},
-                                                {"yaw_rad", "turned"},
-                                                {"imu_valid", "IMU trusted"},
-                                                {"wheels.current_A", "current"}};
+constexpr Presentation::Headline kHeadline[] = {
+    {"measured_m_s", "speed"},
+    {"speed_m_s", "commanded"},
+    {"limit_m_s", "limit"},
+    {"slip_share", "lost by slip", "mobility.slip_slows"},
+    {"speed_share", "share driven"},
+    {"sunk_m", "wheels sunk by", "mobility.sink_limit_m", "wheels"},
+    {"distance_m", "driven"},
+    {"x_m", "ahead"},
+    {"y_m", "left"},
+    {"yaw_rad", "turned"},
+    {"imu_valid", "IMU trusted"},
+    {"wheels.current_A", "current"}};
 
 constexpr double kHold_m_s = 0.2;
 constexpr auto kDrive = kind_of(CommandKind::drive), kPark = kind_of(CommandKind::park);

@@ -46,7 +46,7 @@ bool unmeasured(const lss_ArditoTelemetry& t) {
     return std::isnan(w.motor_rad_s) || std::isnan(w.temperature_degC) || std::isnan(w.voltage_V);
   };
   return std::ranges::any_of(t.wheels, never) || std::isnan(t.beta_rad) ||
-         std::isnan(t.imu_speed_m_s) ||
+         std::isnan(t.sunk_m[0]) || std::isnan(t.imu_speed_m_s) ||
          std::ranges::any_of(t.steering, [](const auto& s) { return std::isnan(s.reduction_rad); });
 }
 
@@ -120,6 +120,10 @@ std::string screen(const Vehicle& vehicle, const lss_ArditoTelemetry& t, const S
   text += fmt::format("{} rocker {} deg, bogies {} and {} deg\n", style.dim("suspension"),
                       fixed(t.beta_rad / kDegree, 1), fixed(t.rho_rad[0] / kDegree, 1),
                       fixed(t.rho_rad[1] / kDegree, 1));
+  text += style.dim("sunk by   ");
+  for (std::size_t i = 0; i < std::size(t.sunk_m); ++i)
+    text += fmt::format(" {} {}", lss::ardito::kNodeNames[i], fixed(t.sunk_m[i], 3));
+  text += " m\n";
   text += fmt::format(
       "{} {} m/s, {:.0f} % of the wheels' speed{}{}, motors {:.2f} of rated above no load, cap "
       "{:.2f} m/s\n",

@@ -2,12 +2,14 @@
 
 import type {Json} from "../link";
 import {fixed} from "../dom";
-import type {Field, Vehicle} from "../model";
+import type {Field, Tunable, Vehicle} from "../model";
 import type {Cell, Kind, Picture, Signal, Table} from "./kind";
 
 const kMain = ["stop", "start", "solve", "reset"];  // of the commands of every vehicle
 const kStatus = ["time_ns", "frame", "state", "mode"];  // said elsewhere
 const kLines = 6;  // over the picture, of a vehicle without a headline
+
+interface Headline { field: string; label: string; limit?: string; parts?: string; }  // as daemon/cycle/text.h
 
 const unitOf = (f: Field) => f.shown?.unit ?? f.unit ?? "";
 const labelOf = (f: Field) => f.label ?? f.name;
@@ -32,7 +34,7 @@ export function described(vehicle: Vehicle): Omit<Kind, keyof Picture> {
   const {fields, presentation} = vehicle;
   const details = new Set<string>(presentation.details ?? []);
   const words = new Map<string, string[]>((presentation.words ?? []).map((w: Json) => [w.field, w.words]));
-  const headline: {field: string; label: string}[] = presentation.headline ?? [];
+  const headline: Headline[] = presentation.headline ?? [];
   const label = new Map(headline.map((h) => [h.field, h.label]));
   const parts = new Map<string, number>((presentation.parts ?? []).map((p: Json) => [p.field, p.first]));
   const partName = (field: string, i: number) => parts.has(field) ? vehicle.subjects[parts.get(field)! + i] : undefined;
@@ -55,11 +57,14 @@ export function described(vehicle: Vehicle): Omit<Kind, keyof Picture> {
     });
   }
 
-  function line({field, label}: {field: string; label: string}, t: Json): string[] {
+  function line({field, label, limit, parts}: Headline, t: Json): string[] {
     const [, name, index] = /^(\w+)(?:\[(\d+)\])?$/.exec(field) ?? [];
     const f = fields.find((one) => one.name === name);
     if (!f || f.fields) return [];
-    return [`${label} ${with_unit(shown(index === undefined ? t[name] : t[name]?.[Number(index)], f), f)}`];
+    const value = index === undefined ? t[name] : t[name]?.[Number(index)];
+    const text = parts && Array.isArray(value) ? value.map((part, i) => `${partName(parts, i) ?? i + 1} ${shown(part, f)}`).join("  ") : shown(value, f);
+    const tunables: Tunable[] = vehicle.parameters?.parameters ?? [], allowed = tunables.find((one) => one.name === limit)?.value;
+    return [`${label} ${with_unit(text, f)}${allowed === undefined ? "" : ` (limit ${shown(allowed, f)})`}`];
   }
 
   function cell(member: Field, path: string, element: Json): string | Cell {
@@ -68,10 +73,14 @@ export function described(vehicle: Vehicle): Omit<Kind, keyof Picture> {
     return member.name === "isolated" && value ? {text, tone: "bad"} : text;
   }
 
-  function table(f: Field, list: Json[]): Table {
+  // Of a part; with what an array beside it tells of its elements.
+  function table(f: Field, t: Json): Table {
     const members = f.fields!.filter((m) => m.name !== "id" && !details.has(`${f.name}.${m.name}`));
-    return {heads: [f.name, ...members.map((m) => unitOf(m) ? `${labelOf(m)}, ${unitOf(m)}` : labelOf(m))],
-      rows: list.map((element, i) => [element.name ?? partName(f.name, i) ?? String(i + 1), ...members.map((m) => cell(m, `${f.name}.${m.name}`, element))])};
+    const beside = headline.filter((h) => h.parts === f.name).flatMap((h) => fields.filter((one) => one.name === h.field).map((one) => ({...one, label: h.label})));
+    const list: Json[] = t[f.name] ?? [];
+    return {heads: [f.name, ...[...members, ...beside].map((m) => unitOf(m) ? `${labelOf(m)}, ${unitOf(m)}` : labelOf(m))],
+      rows: list.map((element, i) => [element.name ?? partName(f.name, i) ?? String(i + 1), ...members.map((m) => cell(m, `${f.name}.${m.name}`, element)),
+        ...beside.map((m) => shown(t[m.name]?.[i], m))])};
   }
 
   const first = (presentation.first ?? []) as number[], byKind = new Map(vehicle.commands.map((c) => [c.kind, c.name]));
@@ -81,6 +90,6 @@ export function described(vehicle: Vehicle): Omit<Kind, keyof Picture> {
     signals: signals(said, "", "", (t) => t).sort((a, b) => a.rank - b.rank),
     overlay: (t) => headline.length ? headline.flatMap((h) => line(h, t))
       : said.filter((f) => f.unit && f.type && f.count === undefined).slice(0, kLines).map((f) => `${labelOf(f)} ${with_unit(shown(t[f.name], f), f)}`),
-    tables: (t) => said.filter((f) => f.fields && f.count !== undefined).map((f) => table(f, t[f.name] ?? [])),
+    tables: (t) => said.filter((f) => f.fields && f.count !== undefined).map((f) => table(f, t)),
   };
 }
