@@ -138,6 +138,7 @@ class Locomotion {
   double speed_m_s() const noexcept { return speed_m_s_; }
   std::uint32_t steps() const noexcept { return steps_; }
   const WalkRequest& walking() const noexcept { return request_; }
+  bool rows() const noexcept { return rows_; }  // instead of stepping, when it walks
   void reset_odometry() noexcept;
 
  private:

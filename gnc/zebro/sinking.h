@@ -32,7 +32,7 @@ class Sinking {
 
   // Current with the hip where the belly would touch the ground, as a share of that further down;
   // each above that of the same leg in the air. Left and right, the smallest of a side's three
-  // legs; 0: no soil.
+  // legs; 0: no soil, negative: not felt yet.
   const std::array<double, 2>& shares() const noexcept { return shares_; }
 
  private:
@@ -52,7 +52,7 @@ class Sinking {
   PerLeg<Flight> under_way_{};
   PerLeg<double> of_leg_{};
   PerLeg<std::int64_t> ended_{};  // whole flights since the last time that shares() were new
-  std::array<double, 2> shares_{};
+  std::array<double, 2> shares_{-1, -1};
 };
 
 }  // namespace lss::gnc::zebro

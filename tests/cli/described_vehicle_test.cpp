@@ -114,6 +114,8 @@ TEST_F(Described, ASampleHasAllFields) {
   EXPECT_THAT(screen, testing::Not(HasSubstr("firmware_major")));
   EXPECT_THAT(vehicle_.details(bytes.data(), {}), HasSubstr("firmware_major"));
   EXPECT_EQ(vehicle_.distance_m(bytes.data()), 0);
+  EXPECT_THAT(screen, HasSubstr("soil"));
+  EXPECT_THAT(built_.screen(&sample, {}), HasSubstr("left side 0.00, right side 0.00"));
 }
 
 TEST_F(Described, CodesAreThoseOfTheDaemon) {

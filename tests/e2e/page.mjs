@@ -66,6 +66,9 @@ async function zebro() {
   // A forbidden command shows the daemon's reason.
   await page.waitForFunction(() => [...document.querySelectorAll(".command")].some((c) => c.textContent.startsWith("panel") && c.querySelector("button").disabled && c.textContent.includes("not allowed")));
   await page.waitForFunction(() => Number(/walked ([\d.]+) m/.exec(document.querySelector("#overlay").innerText)?.[1]) > 0.03, null, {polling: 100});
+  await says("#overlay", "by rowing no");
+  await says("#overlay", "left side in soil");
+  await says("#overlay", "(limit 0.160)");
   await moving("ground-zebro", "walked", /walked ([\d.]+) m/);
   await done("stop");
   await says("#state", "Idle");

@@ -1,6 +1,7 @@
 #include "daemon/vehicles/zebro/vehicle.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "daemon/kit/gate.h"
 #include "daemon/vehicles/zebro/tunables.h"
@@ -206,7 +207,7 @@ void Vehicle::begin_walk(const Request* request) noexcept {
   walk_.rows = rows;
   if (!goes_on && in_soil_ != 0) {
     sinking_.reset();
-    const bool feels = (isolated_ & kAllLegs) == 0;
+    const bool feels = feels_soil();
     for (int& strides : deep_strides_) strides = feels ? std::min(strides, kDeepStrides - 1) : 0;
     for (int& strides : side_strides_) strides = feels ? std::min(strides, kSideStrides - 1) : 0;
   }
@@ -330,6 +331,13 @@ bool Vehicle::describe(const Inputs<Vehicle>& in, const SupervisorState& state,
   out.yaw_rad = locomotion_.yaw_rad();
   out.speed_m_s = walking_legs_ ? locomotion_.speed_m_s() : 0;
   out.steps = locomotion_.steps();
+  out.rows = walking && locomotion_.rows();
+  static_assert(std::extent_v<decltype(out.soil_share)> == 2);
+  for (std::size_t side = 0; side < 2; ++side) {
+    const double share = sinking_.shares()[side];
+    out.soil_share[side] =
+        feels_soil() && share >= 0 ? share : std::numeric_limits<double>::quiet_NaN();
+  }
   static_assert(std::extent_v<decltype(out.modules)> == kModules);
   for (std::size_t i = 0; i < kModules; ++i)
     describe_module(i, in.bus.counters.module[i], out.modules[i]);

@@ -172,6 +172,7 @@ class Vehicle final : public Actor {
   void take(const ModuleReply& reply) noexcept;
   void begin_walk(const Request* request) noexcept;
   void feel_ground() noexcept;
+  bool feels_soil() const noexcept { return (isolated_ & kAllLegs) == 0; }  // needs all legs
 
   Parameters parameters_;
   TunableValues tunables_;  // of the parameters

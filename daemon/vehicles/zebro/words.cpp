@@ -70,10 +70,14 @@ constexpr Presentation::Alarm kAlarms[] = {{.field = "port_open",
                                             .advice = "check the port named in the config",
                                             .alone = true}};
 constexpr auto kFirst = kinds(CommandKind::walk, CommandKind::stand, CommandKind::lay_down);
+constexpr const char* kSoil = "ground.soil_share";
 constexpr Presentation::Headline kHeadline[] = {{"speed_m_s", "speed"},
                                                 {"distance_m", "walked"},
                                                 {"yaw_rad", "turned"},
                                                 {"steps", "gait cycles"},
+                                                {"rows", "by rowing"},
+                                                {"soil_share[0]", "left side in soil", kSoil},
+                                                {"soil_share[1]", "right side in soil", kSoil},
                                                 {"modules.current_A", "current"}};
 // Walk's direction (1: forward), heading and speed.
 constexpr Presentation::Hold hold_walk(const char* way, double forward, double heading_rad) {

@@ -160,6 +160,8 @@ TEST(SoftSoil, UnderTheLegsOfOneSideIsNoticedInThreeStridesAndRowingGetsOn) {
         ASSERT_TRUE(chain.run_until([&] { return chain.supervisor().fault_count != 0; }, 15));
         EXPECT_TRUE(chain.has(left ? faults::left_in_soil : faults::right_in_soil));
         EXPECT_EQ(chain.telemetry().steps, 3U);
+        EXPECT_GT(chain.telemetry().soil_share[left ? 0 : 1], 0.32);
+        EXPECT_LT(chain.telemetry().soil_share[left ? 1 : 0], 0.32);
         ++noticed;
         if (seed > 3) continue;
         chain.run(10);  // it lands, and begins to row
@@ -168,6 +170,7 @@ TEST(SoftSoil, UnderTheLegsOfOneSideIsNoticedInThreeStridesAndRowingGetsOn) {
         rows_mm_s.add(ahead_m(chain, from) / 20 * 1e3);
         yaw_deg_s.add(yaw_deg(chain, from) / 20);
         EXPECT_EQ(chain.mode(), Mode::walking);
+        EXPECT_TRUE(chain.telemetry().rows);
         EXPECT_EQ(chain.supervisor().fault_count, 1U);
       }
       if (runs == 0) continue;

@@ -292,6 +292,39 @@ TEST(Cycle, WhereASideLiesInTheSoilItRowsAndSaysWhichSide) {
   }
 }
 
+TEST(Cycle, TelemetrySaysHowMuchOfASideLiesInTheSoilAndThatItRows) {
+  for (const bool left : {true, false}) {
+    World w;
+    const lss_ZebroTelemetry& t = w.out_.telemetry;
+    const double& soft = t.soil_share[left ? 0 : 1];
+    const double& firm = t.soil_share[left ? 1 : 0];
+    w.run(0.2);
+    EXPECT_TRUE(std::isnan(soft) && std::isnan(firm));
+    ASSERT_TRUE(w.stand());
+    w.alter = [=](World& x) { draw_in_soil(x, 0.4, left ? kLeftLegs : kRightLegs); };
+    strides(w, 1);
+    w.run(0.1);
+    EXPECT_NEAR(soft, 0.4, 0.02);
+    EXPECT_EQ(firm, 0);
+    EXPECT_FALSE(t.rows);
+    ASSERT_TRUE(rows(w, 30));
+    EXPECT_TRUE(t.rows);
+    stand(w);
+    w.run(0.1);
+    EXPECT_FALSE(t.rows);
+    EXPECT_NEAR(soft, 0.4, 0.02) << "of the last stride";
+    w.alter = nullptr;
+    strides(w, 1);
+    w.run(0.1);
+    EXPECT_EQ(soft, 0);
+    w.send(lss::CommandKind::stop, {1});
+    ASSERT_TRUE(w.run_until(State::idle, 40));
+    w.send(CommandKind::isolate, {2});
+    w.run(0.1);
+    EXPECT_TRUE(std::isnan(soft) && std::isnan(firm)) << "all legs are needed";
+  }
+}
+
 // Nor where it touches the soil, as when it turns on the spot in sand.
 TEST(Cycle, ASideInTheSoilForTwoStridesIsNone) {
   for (const bool touches : {false, true}) {

@@ -93,6 +93,7 @@ TEST(Sinking, NeedsANewFlightOfEachLegWithAKnownAngle) {
   Sinking sinking(kBelly_rad);
   PerLeg<Sinking::Leg> legs{};
   EXPECT_FALSE(sinking.update(legs));
+  EXPECT_LT(smallest(sinking), 0);
   ASSERT_TRUE(stride(sinking, soil(0.3)));
   for (int frame = 0; frame < 100; ++frame) EXPECT_FALSE(sinking.update(legs));
   for (double theta_deg = -20; theta_deg > -340; theta_deg -= 2) {

@@ -45,8 +45,8 @@ std::string walked(const lss_ZebroTelemetry& t) {
 }
 
 std::string gait(const lss_ZebroTelemetry& t) {
-  return fmt::format("{} {}, heading {:.0f} deg", t.direction < 0 ? "backward" : "forward",
-                     speed_name(t), t.heading_rad / kDegree);
+  return fmt::format("{} {}{}, heading {:.0f} deg", t.direction < 0 ? "backward" : "forward",
+                     speed_name(t), t.rows ? " by rowing" : "", t.heading_rad / kDegree);
 }
 
 std::string screen(const Vehicle& vehicle, const lss_ZebroTelemetry& t, const Style& style) {
@@ -59,6 +59,9 @@ std::string screen(const Vehicle& vehicle, const lss_ZebroTelemetry& t, const St
   const bool walks = t.mode == static_cast<std::uint8_t>(Mode::walking);
   text +=
       fmt::format("\n{} {}{}\n", style.dim("walked    "), walks ? gait(t) + ": " : "", walked(t));
+  text += fmt::format(
+      "{} left side {}, right side {} (0: none at the belly's height; -: not measured)\n",
+      style.dim("in soil   "), fixed(t.soil_share[0], 2), fixed(t.soil_share[1], 2));
   const std::string port = t.port_open ? "port open" : style.bad("port closed");
   text +=
       fmt::format("{} {}, cycle {:.1f} ms, {} sent, {} received, {} broken, {} overflows\n",
