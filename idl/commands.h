@@ -11,10 +11,9 @@
 
 namespace lss {
 
-inline constexpr std::size_t kMaxParameters = 8;         // of lss::Command in lss.idl
-inline constexpr std::size_t kNameSize = 48;             // of lss::Command.name, with its NUL
-inline constexpr std::uint16_t kFlagDryRun = 1u << 0;    // evaluate the guards, do nothing
-inline constexpr std::uint16_t kFlagDetached = 1u << 1;  // any heartbeat renews the lease
+inline constexpr std::size_t kMaxParameters = 8;       // of lss::Command in lss.idl
+inline constexpr std::size_t kNameSize = 48;           // of lss::Command.name, with its NUL
+inline constexpr std::uint16_t kFlagDryRun = 1u << 0;  // evaluate the guards, do nothing
 
 struct ParameterInfo {
   const char* name;

@@ -110,7 +110,7 @@ void Supervisor::request(const Request& request) noexcept {
 void Supervisor::heartbeat(const Request& request) noexcept {
   state_.contact_ns = state_.time_ns;
   if (state_.controller.links & lc::kObcSilent) happen(lc::Event::obc_heard);
-  if (state_.detached || request.source == state_.authority) state_.heartbeat_ns = state_.time_ns;
+  if (request.source == state_.authority) state_.heartbeat_ns = state_.time_ns;
 }
 
 // Both daemons obey commands for either, and each renews the other's lease: this one stops as
@@ -279,7 +279,6 @@ void Supervisor::follow(const lc::ControllerState& before) noexcept {
   if (!(now.links & lc::kHeld) && state_.authority.front() != '\0') {
     note(EventId::authority_released);
     state_.authority = {};
-    state_.detached = false;
   }
   if (state_.active.kind == 0) return;
   if (logic_.reached(state_.active.kind, state_)) {
@@ -428,7 +427,6 @@ void Supervisor::set_ages(const std::array<std::int64_t, kMaxModules>& age_ms,
 void Supervisor::take_authority(const Request& request) noexcept {
   if (state_.authority.front() == '\0') note(EventId::authority_taken);
   state_.authority = request.source;
-  state_.detached = (request.flags & kFlagDetached) != 0;
   state_.lease_ns = static_cast<TimeNs>(request.lease_ms) * kMillisecond;
   state_.heartbeat_ns = state_.time_ns;
 }

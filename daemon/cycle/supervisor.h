@@ -87,7 +87,6 @@ struct SupervisorState {
   lc::ControllerState controller;
 
   Name authority{};  // empty: nobody
-  bool detached = false;
   TimeNs lease_ns = 0;
   TimeNs heartbeat_ns = 0;  // the one that renewed the lease last
   TimeNs contact_ns = 0;    // with anyone; 0: never

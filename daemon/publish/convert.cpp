@@ -77,7 +77,7 @@ Request to_request(const lss_Command& command, TimeNs arrival_ns) {
   request.source = to_name(command.source);
   request.sequence = command.seq;
   request.kind = command.kind;
-  request.flags = command.flags & (kFlagDryRun | kFlagDetached);
+  request.flags = command.flags & kFlagDryRun;
   request.lease_ms = command.lease_ms;
   std::copy(std::begin(command.parameter), std::end(command.parameter), request.parameter.begin());
   std::copy(std::begin(command.name), std::end(command.name), request.name.begin());

@@ -130,8 +130,11 @@ void FakeDaemon::take_commands() {
   dds_sample_info_t info{};
   lss_Heartbeat heartbeat{};
   void* heartbeats[1] = {&heartbeat};
-  while (dds_take(heartbeat_reader_.get(), heartbeats, &info, 1, 1) == 1)
-    heartbeats_ += info.valid_data ? 1 : 0;
+  while (dds_take(heartbeat_reader_.get(), heartbeats, &info, 1, 1) == 1) {
+    if (!info.valid_data) continue;
+    ++heartbeats_;
+    heart_ = text(heartbeat.source);
+  }
   lss_Command command{};
   void* commands[1] = {&command};
   while (dds_take(commands_.get(), commands, &info, 1, 1) == 1) {
@@ -385,6 +388,10 @@ void FakeDaemon::timing(const TimingStatistics& statistics) {
   dds_write(timing_.get(), &sample);
 }
 
+std::string FakeDaemon::heart() const {
+  const std::lock_guard lock(mutex_);
+  return heart_;
+}
 std::vector<std::uint16_t> FakeDaemon::kinds() const {
   const std::lock_guard lock(mutex_);
   std::vector<std::uint16_t> list;

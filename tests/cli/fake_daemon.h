@@ -81,6 +81,7 @@ class FakeDaemon {
   lss_Command last(std::uint16_t kind) const;
   unsigned others() const { return others_; }  // daemons that it knows of
   std::uint64_t heartbeats() const { return heartbeats_; }
+  std::string heart() const;  // source of the newest heartbeat
   lss_State state() const;
   zebro::Mode mode() const;
 
@@ -104,7 +105,7 @@ class FakeDaemon {
   dds::Entity commands_, heartbeat_reader_, acks_, status_, events_, timing_, parameter_writer_,
       dictionary_, telemetry_;
   Clock::time_point speaks_;
-  std::string authority_;
+  std::string authority_, heart_;
   std::map<std::uint16_t, Trouble> troubles_;
   std::map<std::uint64_t, std::uint64_t> sequences_;  // newest of each writer
   lss_State state_ = lss_STATE_IDLE;

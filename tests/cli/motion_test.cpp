@@ -111,12 +111,14 @@ TEST_F(MotionTest, AnEmergencyWhileWalkingEndsWith6) {
   EXPECT_THAT(ended.err, HasSubstr("LH: module was reset"));
 }
 
-TEST_F(MotionTest, WhatIsDetachedIsMarkedSoAndCanBeStoppedByAnotherRun) {
+TEST_F(MotionTest, WhatIsDetachedIsOfLssCliAndCanBeStoppedByAnotherRun) {
   FakeDaemon daemon(domain());
   const Ended ended = run({"--detach", "walk", "forward"});
   EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_THAT(ended.err, HasSubstr("without a heartbeat of lss-cli for 2"));
   EXPECT_EQ(daemon.mode(), Mode::walking);
-  EXPECT_EQ(daemon.last(kWalk).flags, kFlagDetached);
+  EXPECT_EQ(daemon.last(kWalk).flags, 0);
+  EXPECT_STREQ(daemon.last(kWalk).source, "lss-cli");
   EXPECT_EQ(run({"stop"}).code, 0);  // authority is of lss-cli, not of the run that ended
   EXPECT_EQ(daemon.state(), lss_STATE_IDLE);
 }
@@ -142,6 +144,7 @@ TEST_F(MotionTest, TheHeartbeatVerbBeatsForItsTime) {
   EXPECT_EQ(run({"heartbeat", "--for", "1s"}).code, 0);
   EXPECT_GE(daemon.heartbeats(), 4U);
   EXPECT_LE(daemon.heartbeats(), 7U);
+  EXPECT_EQ(daemon.heart(), "lss-cli") << "of what was or will be detached";
   EXPECT_THAT(daemon.kinds(), IsEmpty());
 }
 

@@ -128,7 +128,7 @@ TEST_F(Control, NobodyElseCanSayThatAHeartbeatIsOfAnotherDaemon) {
   start.flags = 0xFFFF;
   ASSERT_TRUE(client_->send(start));
   ASSERT_TRUE(eventually([&] { return !requests_.commands().empty(); }));
-  EXPECT_EQ(requests_.commands().front().flags, kFlagDryRun | kFlagDetached);
+  EXPECT_EQ(requests_.commands().front().flags, kFlagDryRun);
 }
 
 TEST_F(Control, AnEmergencyStopOfEveryVehicleIsOursAndNoOtherCommandIs) {

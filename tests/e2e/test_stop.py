@@ -97,9 +97,10 @@ class Stop(Scenario):
         self.assertEqual(moving(last.values()), [], "the last order of each module stops")
 
     # [O-Int-2]
-    def test_a_detached_walk_goes_on_with_a_heartbeat_and_stops_without(self):
+    def test_a_detached_walk_goes_on_with_its_heartbeat_and_stops_with_anothers(self):
         self.start_tapped()
         heartbeat = self.begin_cli("heartbeat", name="heartbeat")
+        viewer = self.begin_cli("--source", "viewer", "heartbeat", name="viewer")
         self.cli_ok("--detach", "walk", "forward", "--speed", "high")
         self.wait_walking()
         began_ns = time.monotonic_ns()
@@ -114,6 +115,7 @@ class Stop(Scenario):
         self.assertIn("lease_expired", [e["name"] for e in self.events() if e["time_ns"] > ended_ns])
         orders = self.orders(ended_ns)
         self.assertEqual([f for f in orders if f.code == wire.EMERGENCY], [], "a safe stop is no emergency")
+        viewer.stop()
 
     # [Func-2] [Oper-7]
     def test_ctrl_c_ends_an_attached_walk_with_a_safe_stop(self):

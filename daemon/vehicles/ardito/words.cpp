@@ -15,7 +15,7 @@ constexpr Presentation::Example kExamples[] = {
      "  lss-cli drive 0.3 --for 20s      straight ahead, then a safe stop\n"
      "  lss-cli drive 0.3 --heading 5deg --for 10s      an arc to the right\n"
      "  lss-cli drive -0.2               backward until Ctrl-C\n"
-     "  lss-cli drive 0.3 --driver autonomous --detach  the heartbeat comes from somebody else\n"},
+     "  lss-cli drive 0.3 --driver autonomous --detach  lss-cli heartbeat keeps it driving\n"},
     {kind_of(CommandKind::park),
      "  lss-cli park 0.3 --for 10s       turn right on the spot\n"
      "  lss-cli park -0.3                to the left until Ctrl-C\n"},

@@ -22,7 +22,7 @@ constexpr Presentation::Example kExamples[] = {
      "  lss-cli walk forward --speed high --for 20s\n"
      "  lss-cli walk backward low        until Ctrl-C\n"
      "  lss-cli walk --heading 90 --for 1min    turns right on the spot\n"
-     "  lss-cli walk --detach            the heartbeat comes from somebody else\n"},
+     "  lss-cli walk --detach            lss-cli heartbeat keeps it walking\n"},
     {kind_of(CommandKind::panel), "  lss-cli panel deploy\n  lss-cli panel retract\n"},
     {kind_of(CommandKind::leg),
      "  lss-cli leg RM 90 --hold         one leg to 90 deg, then hold\n"

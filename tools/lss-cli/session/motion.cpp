@@ -154,8 +154,9 @@ void run_detached(Context& context, const Motion& motion) {
        : session.accept(motion.command);
   if (motion.command.info->leased) {
     context.output.note(
-        fmt::format("detached: without a heartbeat of anybody for {} it stops (lss-cli heartbeat)",
-                    format_duration(context.options.lease_ms / 1000.0)));
+        fmt::format("detached: without a heartbeat of {0} for {1} it stops (lss-cli --source {0} "
+                    "heartbeat)",
+                    session.link().source(), format_duration(context.options.lease_ms / 1000.0)));
   }
 }
 

@@ -56,11 +56,15 @@ void Session::take_part(const std::string& folder) {
   link_.take_part(folder);
 }
 
+void Session::beat() {
+  if (options_.source.empty()) options_.source = link_.own_name();
+  beating_ = true;
+}
+
 void Session::open() { link_.open_commands(source_name(options_, link_, link_.status())); }
 
 Sent& Session::submit(const Invocation& command, std::uint16_t flags, bool quiet) {
   open();
-  if (options_.detach && command.info->leased) flags |= kFlagDetached;
   // A stop also needs the lease until it is completed.
   const bool acts = (flags & kFlagDryRun) == 0 && command.info->access == Access::holder;
   if (acts) check_name(command);

@@ -73,7 +73,8 @@ class Session {
   // beat().
   void pump(Clock::time_point until) { pump_input(until, -1); }
   bool pump_input(Clock::time_point until, int input_fd);  // true: input_fd has something
-  void beat() { beating_ = true; }
+  // Until it commands, of the source that --detach uses.
+  void beat();
   // For callers with their own wait: sends the heartbeat and takes acknowledgements to this source.
   void beat_when_due();
   void heard(const lss_CommandAck& ack);

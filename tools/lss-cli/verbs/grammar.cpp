@@ -74,7 +74,7 @@ void Grammar::add_options() {
   app_.add_flag("--dry-run", options_.dry_run,
                 "ask whether a command would be accepted, do nothing");
   app_.add_flag("--detach", options_.detach,
-                "return when accepted; then a heartbeat of anybody keeps the lease");
+                "return when accepted; then lss-cli heartbeat keeps the lease");
   app_.add_flag("--wait", options_.wait, "with --detach: return when completed");
   app_.add_flag("--shm", options_.shared_memory, "telemetry by shared memory");
   app_.add_flag("--no-color", options_.no_color, "no colours (also: NO_COLOR)");

@@ -114,7 +114,7 @@ class KeyOfCycle {
   }
   void take(const SupervisorState& s) {
     take_plain(s.controller);
-    n_(s.authority.front(), s.detached, s.active.kind, s.active.source.front(), s.resetting,
+    n_(s.authority.front(), s.active.kind, s.active.source.front(), s.resetting,
        s.another_daemon_ns != 0);
     if ((s.controller.links & lc::kHeld) != 0) n_(s.lease_ns, age(s.heartbeat_ns, 700));
     n_(age(s.contact_ns, 301));
