@@ -1,8 +1,10 @@
 // Checks the parameters. Runs once, before the loop.
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <string_view>
 
 #include "gnc/math.h"
@@ -148,6 +150,41 @@ const char* check_geometry(const LocomotionParameters& p) noexcept {
   return nullptr;
 }
 
+// The smallest margin of a walk straight ahead (direction 1) or back (-1): of the feet on the
+// ground when a group has lifted off and when it lands. Turns have larger ones.
+double gait_margin_m(const Partition& gait, double direction,
+                     const LocomotionParameters& p) noexcept {
+  const double turn_s = p.flight_s + p.double_stance_s;  // from one group to the next
+  const double stance_s = gait.groups * turn_s - p.flight_s;
+  double smallest_m = std::numeric_limits<double>::infinity();
+  for (int group = 0; group < gait.groups; ++group) {
+    for (const double in_flight_s : {0.0, p.flight_s}) {
+      PerLeg<bool> in_stance{};
+      PerLeg<double> theta_rad{};
+      for (std::size_t i = 0; i < kLegs; ++i) {
+        const int turns = (group - gait.group_of[i] + gait.groups) % gait.groups;
+        const double landed_s = turns * turn_s - p.flight_s + in_flight_s;  // so long ago
+        in_stance[i] = turns != 0;
+        theta_rad[i] = p.offset_rad + direction * p.sweep_rad / 2 * (1 - 2 * landed_s / stance_s);
+      }
+      smallest_m =
+          std::min(smallest_m, static_margin_m(in_stance, theta_rad, p.leg_diameter_m, p.hips));
+    }
+  }
+  return smallest_m;
+}
+
+const char* check_margin(const char* name, const Partition& gait,
+                         const LocomotionParameters& p) noexcept {
+  const double margin_m = std::min(gait_margin_m(gait, 1, p), gait_margin_m(gait, -1, p));
+  if (margin_m >= kLeastMargin_m) return nullptr;
+  return (sentence << "in gait " << name << " the centre of mass is " << margin_m * 1e3
+                   << " mm inside the feet, at least " << kLeastMargin_m * 1e3
+                   << " mm are needed: correct centre_of_mass_mm, hip_x_mm or hip_y_mm, or "
+                      "sweep_deg, offset_deg")
+      .finish();
+}
+
 }  // namespace
 
 const char* check(const LocomotionParameters& p) noexcept {
@@ -159,6 +196,9 @@ const char* check(const LocomotionParameters& p) noexcept {
   if (const char* wrong = check_gait("tetrapod-B", kTetrapodB, times)) return wrong;
   if (const char* wrong = check_gait("wave", kWave, times)) return wrong;
   if (const char* wrong = check_stance(times)) return wrong;
+  if (const char* wrong = check_margin("tripod", kTripod, p)) return wrong;
+  if (const char* wrong = check_margin("tetrapod-B", kTetrapodB, p)) return wrong;
+  if (const char* wrong = check_margin("wave", kWave, p)) return wrong;
   return check_rates(p);
 }
 

@@ -73,15 +73,18 @@ TEST(ZebroConfig, HipsAndCentreOfMassSayWithoutWhichLegsItWalks_S_Int_2) {
   Parameters p;
   ASSERT_TRUE(kFile.load(kFile.altered("vehicle_id", "vehicle_id"), p));
   EXPECT_TRUE(gnc::zebro::can_walk_without(1u << 0, p.locomotion));
-  // Far ahead: without a front leg it falls.
-  ASSERT_TRUE(kFile.load(
-      kFile.altered("centre_of_mass_mm = [0.0, 0.0]", "centre_of_mass_mm = [60.0, 0.0]"), p));
-  EXPECT_NEAR(p.locomotion.hips.x_m[0], 0.02, 1e-12);
+  // Ahead: without a front leg it falls.
+  const std::string as_shipped = "centre_of_mass_mm = [0.0, 0.0]";
+  ASSERT_TRUE(kFile.load(kFile.altered(as_shipped, "centre_of_mass_mm = [15.0, 0.0]"), p));
+  EXPECT_NEAR(p.locomotion.hips.x_m[0], 0.065, 1e-12);
   EXPECT_FALSE(gnc::zebro::can_walk_without(1u << 0, p.locomotion));
   EXPECT_FALSE(kFile.load(kFile.altered("hip_y_mm = [65.0, -65.0", "hip_y_mm = [-65.0, 65.0"), p))
       << "sides exchanged";
   EXPECT_FALSE(
       kFile.load(kFile.altered("hip_x_mm = [80.0, 80.0, 0.0", "hip_x_mm = [80.0, 80.0, 90.0"), p));
+  // Further ahead: it falls with all legs.
+  expect_refused(as_shipped, "centre_of_mass_mm = [60.0, 0.0]", "in gait tripod");
+  expect_refused(as_shipped, "centre_of_mass_mm = [0.0, -60.0]", "at least 2 mm are needed");
 }
 
 }  // namespace

@@ -53,6 +53,17 @@ TEST(ZebroParameters, AGaitThatTurnsLegsTooFastIsRefused) {
   EXPECT_EQ(w.vehicle_.tunables().changes, 0U);
 }
 
+// Its centre of mass is ahead: the shorter the double stance, the further back are the feet that
+// carry when a group lands.
+TEST(ZebroParameters, TimesWithWhichAGaitWouldFallAreRefused) {
+  Parameters p;
+  for (double& x_m : p.locomotion.hips.x_m) x_m -= 0.025;
+  World w(p);
+  w.run(0.2);
+  EXPECT_EQ(w.set("gait.double_stance_s", 0.6).phase, Phase::completed);
+  EXPECT_EQ(w.set("gait.double_stance_s", 0.2).verdict.reason, Reason::parameter_together);
+}
+
 // The gate would stop everything at its first movement.
 TEST(ZebroParameters, APanelThatTurnsTooFastIsRefused) {
   World w;

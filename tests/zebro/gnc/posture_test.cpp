@@ -309,6 +309,11 @@ TEST(Odometry, StandingUpRollsAheadAndLyingDownRollsBack) {
   EXPECT_NEAR(robot.locomotion.distance_m(), 0, 1e-3);
 }
 
+// The centre of mass.
+void move_ahead(LocomotionParameters& p, double by_m) {
+  for (double& x_m : p.hips.x_m) x_m -= by_m;
+}
+
 struct Unusable {
   const char* what;
   void (*spoil)(LocomotionParameters&);
@@ -329,6 +334,10 @@ TEST(Check, NamesWhatIsWrong) {
       {"sweep too wide", [](auto& p) { p.sweep_rad = 2.4; }, "belly touches"},
       {"stance too long to order", [](auto& p) { p.double_stance_s = 12; },
        "longer than a leg module can count"},
+      {"it would fall ahead", [](auto& p) { move_ahead(p, 0.03); },
+       "in gait tripod the centre of mass is -"},
+      {"at the edge of its feet", [](auto& p) { move_ahead(p, 0.026); },
+       "in gait tetrapod-B the centre of mass is 1.3"},
   };
   for (const Unusable& c : cases) {
     LocomotionParameters p;
@@ -337,6 +346,9 @@ TEST(Check, NamesWhatIsWrong) {
     ASSERT_NE(wrong, nullptr) << c.what;
     EXPECT_NE(std::string(wrong).find(c.says), std::string::npos) << wrong;
   }
+  LocomotionParameters inside;
+  move_ahead(inside, 0.024);
+  EXPECT_EQ(check(inside), nullptr);
 }
 
 }  // namespace
