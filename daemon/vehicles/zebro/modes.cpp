@@ -92,6 +92,7 @@ void effect(lc::ActionSet actions, lc::ControllerState& s) {
     clear(kPanelMoving);
   }
   if (actions & kPanelIsIn) clear(kPanelOut | kPanelMoving);
+  if (actions & kPanelStop) clear(kPanelMoving);
   if (actions & kFreeLeg) set(kFreeing);
   if (actions & kPanelForgone) {
     constexpr unsigned kPanel = 1u << (kModules - 1);
@@ -177,12 +178,12 @@ constexpr std::array kRows = {
 
     move(event::leg, kAtRest | kStanding, kMotors, Mode::bridge, Goal::leg, kMoveLeg),
 
-    in_state(kIdle, event::stop, 0, 0),
+    in_state(kIdle, event::stop, 0, kPanelStop),
     off(event::stop, kAtRest | kStanding, kKeep),
     move(event::stop, kWalking, 0, Mode::finishing_step, Goal::idle, kFinishStep),
     aim(event::stop, kStandingUp | kFinishing | kLyingDown | kStowing, 0, Goal::idle, 0),
 
-    in_state(kIdle, event::stop_lay_down, 0, 0),
+    in_state(kIdle, event::stop_lay_down, 0, kPanelStop),
     off(event::stop_lay_down, kHolding | kLying | kStowed, kKeep),
     move(event::stop_lay_down, kStandingUp | kStanding | kBridge, 0, Mode::lying_down, Goal::idle,
          kLayDown),

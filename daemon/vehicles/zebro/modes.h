@@ -66,6 +66,7 @@ enum Action : lc::ActionSet {
   kPanelIsOut = kMotorsOn << 11,
   kFreeLeg = kMotorsOn << 12,
   kPanelForgone = kMotorsOn << 13,  // its module is out of service
+  kPanelStop = kMotorsOn << 14,     // where it is; without an effect when it rests
 };
 
 extern const lc::Table kTable;

@@ -42,6 +42,12 @@ void Vehicle::move_panel(bool deploy) noexcept {
   order(kPanel, ModuleOrder::Kind::motion_on);
 }
 
+void Vehicle::stop_panel() noexcept {
+  if (panel_.step == Panel::Step::rest) return;
+  panel_.step = Panel::Step::rest;
+  order(kPanel, ModuleOrder::Kind::motion_off);
+}
+
 // Backward until the module passes its sensor: from then on its position is the true one.
 void Vehicle::seek_panel_sensor() noexcept {
   const double whole_rad = parameters_.panel_deployed_rad;

@@ -149,6 +149,7 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
   if (actions & lc::kPublishData) data_requested_ = true;
   if (actions & kPanelDeploy) move_panel(true);
   if (actions & kPanelRetract) move_panel(false);
+  if (actions & kPanelStop) stop_panel();
   begin_motion(actions, request);
 }
 

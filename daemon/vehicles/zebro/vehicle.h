@@ -168,6 +168,7 @@ class Vehicle final : public Actor {
   void end_bridge() noexcept;
   void restore(const Request* request) noexcept;
   void move_panel(bool deploy) noexcept;
+  void stop_panel() noexcept;
   void reset_modules(const Request& request) noexcept;
   void take(const ModuleReply& reply) noexcept;
   void begin_walk(const Request* request) noexcept;

@@ -222,6 +222,48 @@ TEST(Panel, AResetOfTheControllerOrOfModulesEndsItsMovementAndSaysSo) {
   }
 }
 
+TEST(Panel, AStopEndsItsMovementWhereItIs) {
+  for (const bool deploy : {true, false}) {
+    for (const double lay_down : {0.0, 1.0}) {
+      for (const double after_s : {0.0, 0.1, 3.0}) {
+        SCOPED_TRACE(testing::Message() << deploy << ' ' << lay_down << ' ' << after_s);
+        World w;
+        w.run(0.2);
+        ASSERT_TRUE(deploy || move(w, true));
+        w.send(CommandKind::panel, {deploy ? 1.0 : 0.0});
+        w.step();
+        w.run(after_s);
+        w.send(lss::CommandKind::stop, {lay_down});
+        w.run(0.1);
+        EXPECT_FALSE(panel(w).flags & kFlagMotionControl);
+        const double stopped_deg = panel(w).true_deg();
+        const Ack* ended = w.answer(CommandKind::panel, Phase::superseded);
+        ASSERT_NE(ended, nullptr);
+        EXPECT_EQ(ended->verdict.reason, Reason::superseded);
+        EXPECT_NE(w.answer(lss::CommandKind::stop, Phase::completed), nullptr);
+        w.run(15);
+        EXPECT_NEAR(panel(w).true_deg(), stopped_deg, 0.1);
+        EXPECT_EQ(w.state(), State::idle);
+        EXPECT_EQ(w.supervisor_.state().fault_count, 0u);
+        EXPECT_EQ(start(w), reasons::panel_deployed);
+        ASSERT_TRUE(move(w, false));
+        EXPECT_TRUE(w.stand());
+      }
+    }
+  }
+}
+
+TEST(Panel, AStopWhileItRestsDoesNotTouchIt) {
+  World w;
+  w.run(0.2);
+  const auto order = [&] { return w.out_.command.module[kPanelNumber - 1].serial; };
+  const auto before = order();
+  w.send(lss::CommandKind::stop, {1});
+  w.run(0.1);
+  EXPECT_EQ(order(), before);
+  EXPECT_NE(w.answer(lss::CommandKind::stop, Phase::completed), nullptr);
+}
+
 TEST(Panel, TheVehicleIsNotAtRestWhileItMovesOrAModuleIsReset) {
   World w;
   w.run(0.2);

@@ -50,7 +50,7 @@ constexpr std::array kOwnContracts = {
     starts<Goal::walk>("start, then walk", event::start_walk),
     Contract{"stop", event::stop, [](S s, unsigned) { return idle(s) || operational(s); },
              [](T t) {
-               return idle(t.before) ? keeps(t)
+               return idle(t.before) ? panel_stopped(t)
                       : holds_still(t.before)
                           ? idle(t.result.next)
                           : stops(t.result.next) && goal(t.result.next) == Goal::idle;
@@ -58,7 +58,7 @@ constexpr std::array kOwnContracts = {
     Contract{"stop lying down", event::stop_lay_down,
              [](S s, unsigned) { return idle(s) || operational(s); },
              [](T t) {
-               if (idle(t.before)) return keeps(t);
+               if (idle(t.before)) return panel_stopped(t);
                if (in_mode(t.before, {Mode::holding, Mode::lying, Mode::stowed}))
                  return idle(t.result.next);
                if (in_mode(t.before, {Mode::standing_up, Mode::standing, Mode::bridge}))

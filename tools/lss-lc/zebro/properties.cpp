@@ -191,6 +191,8 @@ constexpr std::array kOwnSteps = {
         [](T t) {
           return only_by(t, kPanelDeploy, {event::panel_deploy}) &&
                  only_by(t, kPanelRetract, {event::panel_retract}) &&
+                 only_by(t, lc::ActionSet{kPanelStop}, {event::stop, event::stop_lay_down}) &&
+                 (!does(t, kPanelStop) || idle(t.before)) &&
                  only_by(t, kPanelIsIn, {event::panel_arrived_in, event::panel_is_in}) &&
                  only_by(t, kPanelIsOut, {event::panel_arrived_out, event::panel_seen_out}) &&
                  (idle(t.before) ||
@@ -246,7 +248,11 @@ constexpr std::array kOwnDuties = {
            return holds_still(s) && (h.event == event::stop || lies(s));
          },
          [](T t) { return idle(t.result.next); }},
-    stop_at_rest({event::stop, event::stop_lay_down}),
+    Duty{"stop at rest stops the panel, and changes nothing else",
+         "Func-2",
+         {event::stop, event::stop_lay_down},
+         [](S s, const Happening&) { return idle(s); },
+         panel_stopped},
     Duty{"without the heartbeat of who commands it comes to a safe stop, lying",
          "O-Int-2",
          {Event::lease_expired},

@@ -36,6 +36,12 @@ inline bool may_start(S s) { return can_start(s) && !has(s, kPanelOut | kPanelMo
 inline bool panel_ready(S s) {
   return idle(s) && contact(s) && !has(s, kPanelMoving) && in_service(s, kModules);
 }
+// The panel stops where it is, and nothing else changes.
+inline bool panel_stopped(T t) {
+  ControllerState stopped = t.before;
+  stopped.flags = static_cast<std::uint8_t>(stopped.flags & ~kPanelMoving);
+  return t.result.next == stopped && starts_nothing_but(t, lc::ActionSet{kPanelStop});
+}
 inline bool lost_module(S s, unsigned module) {
   return ((s.silent | s.unheard) >> (module - 1) & 1u) != 0;
 }
