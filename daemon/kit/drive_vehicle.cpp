@@ -10,6 +10,11 @@
 #include "daemon/kit/gate.h"
 
 namespace lss::kit {
+namespace {
+
+constexpr double kStands_rpm = 20;  // a motor that is not faster
+
+}  // namespace
 
 void read_drive_bus(config::Section s, DriveParameters& p) {
   std::vector<std::int64_t> fallback;
@@ -139,7 +144,9 @@ void DriveVehicle::act(lc::ActionSet actions, const Request* request) noexcept {
   } else if (actions & lc::kMotorsOff) {
     on_ = false;
     ++orders_.serial;  // ends a stop that the bus maintains
-    orders_.quick_stop = false;
+    // Only error solving ends it before the vehicle stands.
+    const bool solves = (actions & (lc::kNextStrategy | lc::kEndSolve | lc::kIsolate)) != 0;
+    orders_.quick_stop = orders_.quick_stop && !solves && !standing(kStands_rpm);
   }
   if (actions & lc::kEndSolve) solver_.end();
   if (actions & lc::kResetModule) {
