@@ -89,6 +89,7 @@ double slipped_s() noexcept;         // wall time by which the machine was too s
 
 // A client and its daemon. The client numbers its commands and its heartbeats from 1 on and stops
 // time until its messages were taken and the answers to it were received.
+inline constexpr int kMostClients = 4;
 class Client {
  public:
   explicit Client(std::string_view source) noexcept;  // of a thread that takes part
@@ -96,6 +97,8 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
+  // False: there are kMostClients already, and nothing here waits.
+  bool has_place() const noexcept { return at_ >= 0; }
   // Waits until the daemon took a written message. False: it has not within `limit` of wall time.
   bool await_command(std::uint64_t number, TimeNs limit) const noexcept;
   bool await_heartbeat(std::uint64_t number, TimeNs limit) const noexcept;

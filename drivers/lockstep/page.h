@@ -18,7 +18,7 @@ inline constexpr std::uint64_t kMagic = 0x3153'4C53'534C'0001;
 inline constexpr std::uint32_t kVersion = 2;
 inline constexpr const char* kFile = "lockstep";
 inline constexpr int kNobody = -1;
-inline constexpr int kProcesses = 16, kSeats = 48, kLines = 16, kClients = 4, kSides = 2;
+inline constexpr int kProcesses = 16, kSeats = 48, kLines = 16, kSides = 2;
 
 struct Process {
   pid_t pid;  // 0: free
@@ -77,7 +77,7 @@ struct Page {
   std::array<int, kSeats> order;  // of the seats that are used
   int count;
   std::array<Line, kLines> lines;
-  std::array<ClientSlot, kClients> clients;
+  std::array<ClientSlot, kMostClients> clients;
   std::atomic<TimeNs> status_ns, telemetry_ns;  // of the newest
 };
 

@@ -260,7 +260,7 @@ std::string waits_for() {
 
 Client::Client(std::string_view source) noexcept {
   const Lock lock;
-  for (int i = 0; i < kClients && at_ < 0; ++i) {
+  for (int i = 0; i < kMostClients && at_ < 0; ++i) {
     ClientSlot& c = shared->clients[static_cast<std::size_t>(i)];
     if (c.used) continue;
     at_ = i;

@@ -16,6 +16,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <functional>
+#include <memory>
 #include <new>
 #include <random>
 #include <string>
@@ -414,6 +415,22 @@ TEST_F(Lockstep, time_waits_for_a_client_where_it_shall) {
   });
   await(told_->done);
   EXPECT_EQ(told_->woken_ns - kBegin, 2 * kSecond);
+}
+
+TEST_F(Lockstep, as_many_clients_take_part_as_have_places) {
+  simulator({}, kSecond);
+  const pid_t clients = process([this] {
+    if (!join_as_client(folder_).empty()) ::_exit(1);
+    std::vector<std::unique_ptr<Client>> all;
+    for (int i = 0; i < kMostClients; ++i) {
+      all.push_back(std::make_unique<Client>("client"));
+      if (!all.back()->has_place()) ::_exit(2);
+    }
+    if (Client("client").has_place()) ::_exit(3);
+    all.pop_back();
+    ::_exit(Client("client").has_place() ? 0 : 4);
+  });
+  EXPECT_EQ(outcome(clients), 0);
 }
 
 }  // namespace

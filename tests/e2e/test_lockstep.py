@@ -251,6 +251,14 @@ class Together(Scenario):
         self.assertEqual(client.wait(60), 6, client.err())
         self.assertLess(time.monotonic() - begun_s, 15, "3 s of simulated time take 30 s")
 
+    def test_as_many_clients_take_part_as_have_places(self):
+        self.start_all()
+        clients = [self.begin_cli(*self.taking_part("wait 3600s --at-speed"), name=f"client-{i}") for i in range(5)]
+        wait_until(lambda: not all(client.running() for client in clients), 60, "one of them is refused")
+        (refused,) = [client for client in clients if not client.running()]
+        self.assertEqual(refused.wait(1), 3)
+        self.assertIn("4 programs take part as clients", refused.err())
+
     def refused(self, *words):
         told = run([DAEMON, "--run-dir", self.run_folder, "--domain", str(self.domain), "--lockstep", *words],
                    self.environment(), BOOT_S)

@@ -1,5 +1,6 @@
 #include "tools/lss-cli/session/waker.h"
 
+#include <fmt/format.h>
 #include <poll.h>
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
@@ -99,6 +100,15 @@ void Waker::take_part(const std::string& folder, const std::string& source) {
   const Clock::time_point now = Clock::now();
   part_ = std::make_unique<lockstep::Part>("client");
   client_ = std::make_unique<lockstep::Client>(source);
+  if (!client_->has_place()) {
+    client_.reset();
+    part_.reset();
+    throw Failure(
+        ExitCode::unreachable,
+        fmt::format("{} programs take part as clients in this simulated time, no more can",
+                    lockstep::kMostClients),
+        "stop one of them, or wait until one has ended");
+  }
   rouser_ = std::make_unique<Rouser>(signal_fd_, waiter_);
   Clock::ahead_ns = now.time_since_epoch().count() - lockstep::now();
 }
