@@ -2,6 +2,7 @@
 
 // The master's end of a CAN bus: a UDP socket with frames in cannelloni datagrams
 // ("udp://127.0.0.1:20000"), which answers the last sender, or a SocketCAN interface ("vcan0").
+// Either takes frames of every program on the machine: a daemon that starts again has another port.
 // Used by one thread at a time.
 
 #include <netinet/in.h>
