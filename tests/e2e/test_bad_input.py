@@ -57,6 +57,11 @@ class BadConfiguration(Scenario):
                     self.assertIn(word, said)
         self.assertIn("missing.toml", self.refuse(os.path.join(self.folder, "missing.toml")))
 
+    def test_a_silent_obc_that_would_break_off_a_safe_stop_is_refused(self):
+        said = self.refuse(self.write_config(obc_timeout_s="5"), BOOT_S)
+        self.assertIn("[link] obc_timeout_s is 5: a silent OBC would break off a safe stop", said)
+        self.assertIn("at least 10.2", said)
+
     def test_a_port_that_is_no_terminal_is_refused_by_name(self):
         file = os.path.join(self.folder, "plain-file")
         with open(file, "w", encoding="ascii"):

@@ -103,4 +103,9 @@ Parameters read_parameters(config::Section& root) {
   return p;
 }
 
+Parameters with_link(Parameters parameters, const config::Config& config) noexcept {
+  parameters.stop_within_ns = config.obc_timeout_ns - config.lease_min_ms * kMillisecond;
+  return parameters;
+}
+
 }  // namespace lss::zebro

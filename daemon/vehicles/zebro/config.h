@@ -24,9 +24,13 @@ struct Parameters {
   double panel_deployed_rad = 110 * kDegree;
   TimeNs panel_move_ns = 10 * kSecond;
   SolverParameters solver;
+  // A safe stop that takes longer would be broken off. Set by with_link().
+  TimeNs stop_within_ns = 29'800 * kMillisecond;
 };
 
 // Errors go to the section; without errors the result is usable.
 Parameters read_parameters(config::Section& section);
+// Adds what follows from [link]: the shortest lease and the safe stop end before obc_timeout_s.
+Parameters with_link(Parameters parameters, const config::Config& config) noexcept;
 
 }  // namespace lss::zebro

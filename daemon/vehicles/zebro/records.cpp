@@ -7,8 +7,8 @@
 namespace lss {
 
 record::VehicleRecords zebro_records() {
-  return record::records_of<zebro::Vehicle>(zebro::logic(), zebro::tuning(),
-                                            zebro::read_parameters);
+  return record::records_of<zebro::Vehicle>(zebro::logic(), zebro::tuning(), zebro::read_parameters,
+                                            zebro::with_link);
 }
 
 }  // namespace lss

@@ -1,5 +1,7 @@
 #include "daemon/vehicles/zebro/tunables.h"
 
+#include <algorithm>
+
 namespace lss::zebro {
 namespace {
 
@@ -76,6 +78,7 @@ void derive(P& p) { p.solver.current_limit_A = p.current_limit_A; }
 const char* check(const P& p) {
   if (const char* wrong = check_currents(p)) return wrong;
   if (const char* wrong = check_panel(p)) return wrong;
+  if (const char* wrong = check_stop(p)) return wrong;
   return gnc::zebro::check(p.locomotion);
 }
 
@@ -98,6 +101,18 @@ const char* check_panel(const Parameters& p) noexcept {
   return p.panel_deployed_rad <= p.locomotion.swing_limit_rad_s * move_s
              ? nullptr
              : "the panel would turn faster than motion.swing_limit_deg_s: make move_s longer";
+}
+
+double safe_stop_s(const Parameters& p) noexcept {
+  const gnc::zebro::LocomotionParameters& l = p.locomotion;
+  return std::max(l.flight_s, l.lift_s + l.stand_up_s) + l.align_s + l.lay_down_s;
+}
+
+const char* check_stop(const Parameters& p) noexcept {
+  return safe_stop_s(p) <= static_cast<double>(p.stop_within_ns) * 1e-9
+             ? nullptr
+             : "a safe stop would take longer than link.obc_timeout_s less lease_min_ms: make "
+               "obc_timeout_s longer";
 }
 
 }  // namespace lss::zebro

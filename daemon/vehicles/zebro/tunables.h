@@ -14,5 +14,10 @@ const Tuning<Parameters>& tuning() noexcept;
 const char* check_currents(const Parameters& parameters) noexcept;
 // nullptr, or what is wrong with the movements of the panel.
 const char* check_panel(const Parameters& parameters) noexcept;
+// How long a safe stop takes at most, when it goes as planned: the end of a step or of a stroke,
+// and lying down.
+double safe_stop_s(const Parameters& parameters) noexcept;
+// nullptr, or that a silent OBC would be an emergency before a safe stop has ended.
+const char* check_stop(const Parameters& parameters) noexcept;
 
 }  // namespace lss::zebro

@@ -247,6 +247,12 @@ class Buses final : public kit::OnePort<Vehicle, LegSerialBus> {
   using Parameters = zebro::Parameters;
 
   Buses(const config::Config& config, const Parameters& parameters);
+
+  // Start-up: also refuses a link that would break off a safe stop.
+  tl::expected<void, std::string> probe();
+
+ private:
+  std::string trouble_;  // "": none
 };
 
 }  // namespace lss::zebro

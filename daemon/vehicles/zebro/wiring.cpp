@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "daemon/kit/declare.h"
 #include "daemon/vehicles/zebro/tunables.h"
 #include "daemon/vehicles/zebro/vehicle.h"
@@ -27,10 +29,26 @@ SerialSettings settings(const config::Config& config) {
   return {.path = port.path, .baud = static_cast<int>(port.baud), .half_duplex = port.half_duplex};
 }
 
+// Of [link] with these times; "" when nothing is wrong.
+std::string link_trouble(const config::Config& config, const Parameters& parameters) {
+  if (check_stop(parameters) == nullptr) return "";
+  const double least_s = safe_stop_s(parameters) + static_cast<double>(config.lease_min_ms) * 1e-3;
+  return fmt::format(
+      "[link] obc_timeout_s is {:.4g}: a silent OBC would break off a safe stop; it must be at "
+      "least {:.1f}, or [zebro.gait] and [zebro.motion] shorter",
+      static_cast<double>(config.obc_timeout_ns) * 1e-9, std::ceil(least_s * 10) / 10);
+}
+
 }  // namespace
 
 Buses::Buses(const config::Config& config, const Parameters& parameters)
-    : OnePort(legs_port(config), bus_parameters(config, parameters.bus), settings(config)) {}
+    : OnePort(legs_port(config), bus_parameters(config, parameters.bus), settings(config)),
+      trouble_(link_trouble(config, parameters)) {}
+
+tl::expected<void, std::string> Buses::probe() {
+  if (!trouble_.empty()) return tl::unexpected(trouble_);
+  return OnePort::probe();
+}
 
 }  // namespace lss::zebro
 
@@ -39,8 +57,9 @@ namespace lss {
 record::VehicleRecords zebro_records();
 
 Port zebro_port() {
-  return kit::port<zebro::Vehicle, zebro::Buses>(
-      zebro::read_parameters, zebro::tuning(), zebro::logic(), zebro::vocabulary(), zebro_records);
+  return kit::port<zebro::Vehicle, zebro::Buses>(zebro::read_parameters, zebro::tuning(),
+                                                 zebro::logic(), zebro::vocabulary(), zebro_records,
+                                                 zebro::with_link);
 }
 
 }  // namespace lss

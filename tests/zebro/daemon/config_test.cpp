@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <utility>
 
 #include "daemon/vehicles/zebro/tunables.h"
 #include "tests/support/config_file.h"
@@ -66,6 +67,21 @@ TEST(ZebroConfig, APanelThatTurnsFasterThanALegMayIsRefused) {
   const std::string as_shipped =
       "deployed_deg = 110.0  # position of the motor when deployed\nmove_s = 10.0";
   expect_refused(as_shipped, "deployed_deg = 300.0\nmove_s = 2.0", "make move_s longer");
+}
+
+// Without a heartbeat it lies down after the lease, 10 s with the shipped times.
+TEST(ZebroConfig, ASilentOBCDoesNotBreakOffTheSafeStopOfItsLease) {
+  for (const auto& [obc_timeout_s, wrong] : {std::pair{"10", true}, {"10.5", false}}) {
+    Parameters p;
+    const auto config = kFile.load(
+        kFile.altered("obc_timeout_s = 30", std::string("obc_timeout_s = ") + obc_timeout_s), p);
+    ASSERT_TRUE(config) << config.error();
+    p = with_link(p, *config);
+    EXPECT_EQ(check_stop(p) != nullptr, wrong) << obc_timeout_s;
+    EXPECT_EQ(tuning().check(p) != nullptr, wrong) << obc_timeout_s;
+  }
+  const auto [config, p] = kFile.defaults(tuning(), "motion.arrived_deg");
+  EXPECT_EQ(with_link(p, config).stop_within_ns, Parameters{}.stop_within_ns);
 }
 
 // [S-Int-2]

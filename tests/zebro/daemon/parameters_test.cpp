@@ -64,6 +64,13 @@ TEST(ZebroParameters, TimesWithWhichAGaitWouldFallAreRefused) {
   EXPECT_EQ(w.set("gait.double_stance_s", 0.2).verdict.reason, Reason::parameter_together);
 }
 
+TEST(ZebroParameters, ATimeOfLyingDownThatASilentOBCWouldBreakOffIsRefused) {
+  World w;
+  w.run(0.2);
+  EXPECT_EQ(w.set("motion.lay_down_s", 20).phase, Phase::completed);
+  EXPECT_EQ(w.set("motion.lay_down_s", 25).verdict.reason, Reason::parameter_together);
+}
+
 // The gate would stop everything at its first movement.
 TEST(ZebroParameters, APanelThatTurnsTooFastIsRefused) {
   World w;
