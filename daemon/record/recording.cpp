@@ -73,6 +73,7 @@ void RecordingWriter::add_lost(std::uint64_t frames) {
   std::array<std::uint8_t, sizeof frames> bytes;
   std::memcpy(bytes.data(), &frames, sizeof frames);
   add(Item::lost, bytes);
+  pending_frames_ += frames;
   so_far_.lost += frames;
 }
 

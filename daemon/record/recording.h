@@ -61,8 +61,9 @@ class RecordingWriter {
   bool removed() const;  // by another program or a person
 
   std::uint64_t size() const noexcept { return size_ + items_.size(); }
-  std::size_t pending() const noexcept { return items_.size(); }             // bytes, until flush()
-  std::uint64_t pending_frames() const noexcept { return pending_frames_; }  // lost without it
+  std::size_t pending() const noexcept { return items_.size(); }  // bytes, until flush()
+  // Without it these are missing, and nothing says so: added ones, and lost ones.
+  std::uint64_t pending_frames() const noexcept { return pending_frames_; }
   const RecordingEnd& so_far() const noexcept { return so_far_; }
 
  private:

@@ -231,5 +231,39 @@ TEST_F(RecorderTest, AFileThatSomebodyRemovedIsFollowedByAnother) {
       << "every frame since then is there or counted";
 }
 
+TEST_F(RecorderTest, FramesThatWereDroppedAreCountedWhenTheirFileIsGone) {
+  auto recorder = this->recorder();
+  frame(*recorder);
+  fs::remove(folder_.files().at(0));
+  for (int i = 0; i < 3; ++i) frame(*recorder, 5);
+  recorder->end();
+  ASSERT_EQ(folder_.files().size(), 1u);
+  const Read file = read(folder_.files()[0]);
+  EXPECT_THAT(file.lost, IsEmpty());
+  EXPECT_EQ(file.frames() + file.header["lost_before"].get<std::uint64_t>(), 3u + 5u);
+}
+
+TEST_F(RecorderTest, FramesThatWereDroppedAreCountedWhenTheDiskIsFull) {
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  auto recorder = this->recorder();
+  frame(*recorder);
+  const rlimit small{.rlim_cur = 1000, .rlim_max = before.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+  frame(*recorder, 5);
+  EXPECT_TRUE(recorder->in_trouble());
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+  now_ += Recorder::kRetry;
+  for (int i = 0; i < 2; ++i) frame(*recorder, 5);
+  recorder->end();
+  ASSERT_EQ(folder_.files().size(), 2u);
+  const Read first = read(folder_.files()[0]), second = read(folder_.files()[1]);
+  EXPECT_THAT(first.lost, IsEmpty());
+  EXPECT_EQ(first.frames() + second.frames() + second.header["lost_before"].get<std::uint64_t>(),
+            4u + 5u)
+      << "every frame is there or counted";
+}
+
 }  // namespace
 }  // namespace lss::record
