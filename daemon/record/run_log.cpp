@@ -81,11 +81,13 @@ void RunLog::judge(const std::string& error, TimeNs now) {
   if (error.empty()) {
     said_dropped_ = dropped_;
     said_lost_ = lost_;
-    if (!told_ || now - trouble_ns_ < kOver) return;
-    told_ = false;
-    spdlog::info("the log goes on; {} lines are lost", lost_ - told_lost_);
+    if (!trouble_ || now - trouble_ns_ < kOver) return;
+    trouble_ = false;
+    if (std::exchange(told_, false))
+      spdlog::info("the log goes on; {} lines are lost", lost_ - told_lost_);
     return;
   }
+  trouble_ = true;
   if (!told_ && now >= tell_again_ns_) {
     told_ = true;
     tell_again_ns_ = now + kTellAgain;

@@ -41,7 +41,7 @@ class RunLog {
            TimeNs now) noexcept;
 
   std::string where() const { return sink_->where(); }
-  bool in_trouble() const { return told_; }  // lines are lost
+  bool in_trouble() const { return trouble_; }  // lines are lost
 
  private:
   std::string first_line() const;
@@ -57,7 +57,8 @@ class RunLog {
   TimeNs next_ns_ = 0;                            // a line is due
   std::uint64_t dropped_ = 0, said_dropped_ = 0;  // frames; said: written in a line
   std::uint64_t lost_ = 0, said_lost_ = 0;        // lines
-  bool told_ = false;                             // the loss of lines was reported
+  bool trouble_ = false;                          // lines are lost
+  bool told_ = false;                             // that was reported
   std::uint64_t told_lost_ = 0;                   // lost before that
   TimeNs tell_again_ns_ = 0;                      // not before
   TimeNs trouble_ns_ = 0;                         // the last line that was lost

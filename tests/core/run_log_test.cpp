@@ -278,6 +278,22 @@ TEST_F(RunLogTest, TroubleThatComesAndGoesIsReportedOnceAMinute) {
   EXPECT_EQ(told_.size(), 2u);
 }
 
+// The status must not say that the log runs.
+TEST_F(RunLogTest, TroubleThatIsNotReportedAgainIsTroubleStill) {
+  const auto log = begin(everything());
+  std::uint32_t i = 0;
+  for (const std::uint32_t from : {0u, 600u}) {
+    {
+      const FileLimit full(16);
+      while (i < from + 10) put(*log, ++i);
+    }
+    EXPECT_TRUE(log->in_trouble()) << from;
+    while (i < from + 600) put(*log, ++i);  // 12 s
+    EXPECT_FALSE(log->in_trouble()) << from;
+  }
+  EXPECT_THAT(told_, ElementsAre(EventId::log_failed)) << "once a minute";
+}
+
 TEST_F(RunLogTest, AFileThatSomebodyRemovedIsBegunAgain) {
   const auto log = begin(everything());
   put(*log, 1);
