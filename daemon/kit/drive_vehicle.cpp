@@ -63,7 +63,7 @@ bool DriveVehicle::faulty(std::size_t i) const noexcept {
 std::uint16_t DriveVehicle::faulty_modules() const noexcept {
   unsigned mask = 0;
   for (std::size_t i = 0; i < drives_; ++i) {
-    if (!answers(i) || faulty(i)) mask |= 1u << i;
+    if (!answers(i) || faulty(i) || bus_.status.link[i].disobeys) mask |= 1u << i;
   }
   return static_cast<std::uint16_t>(mask);
 }

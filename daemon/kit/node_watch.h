@@ -84,8 +84,7 @@ class NodeWatch {
     if (fault && !was_faulty_[i] && judged) blame(FaultId::drive_fault, i, s);
     was_faulty_[i] = fault;
     const bool disobeys = answers && link.disobeys;
-    if (disobeys && !disobeyed_[i] && s.controller().state == State::operational)
-      s.raise(FaultId::module_disobeys, module_of(i));
+    if (disobeys && !disobeyed_[i]) blame(FaultId::module_disobeys, i, s);
     disobeyed_[i] = disobeys;
   }
 

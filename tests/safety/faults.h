@@ -86,6 +86,31 @@ TYPED_TEST_P(SafetyFaults, NoneMovesAnythingInIdle) {
   }
 }
 
+// Its motor may be on. It is solved when it obeys, or goes on without the module.
+TYPED_TEST_P(SafetyFaults, AModuleThatDisobeysIsAnEmergencyInIdleTooUntilItObeys) {
+  using T = TypeParam;
+  for (const auto& fault : faults<T>()) {
+    if (!fault.name.starts_with("disobeys")) continue;
+    SCOPED_TRACE(fault.name);
+    const auto w = fresh<T>();
+    w->run(2);
+    ASSERT_EQ(w->state(), State::idle);
+    fault.cause(*w);
+    ASSERT_TRUE(w->run_until(State::fatal_error, fault.within_s + 1e-3)) << where<T>(*w);
+    EXPECT_TRUE(stopped<T>(*w)) << "in the frame that saw it";
+    EXPECT_TRUE(w->has(fault.id, fault.subject)) << info(fault.id)->name;
+    w->send(CommandKind::solve);
+    w->step();
+    ASSERT_EQ(w->state(), State::solve_errors);
+    ASSERT_TRUE(w->run_until([&] { return w->state() != State::solve_errors; }, 300));
+    if (w->supervisor_.controller().isolated != 0) continue;
+    EXPECT_EQ(w->state(), State::fatal_error);
+    w->alter = nullptr;
+    if (fault.heal) fault.heal(*w);
+    EXPECT_TRUE(is_solved<T>(*w));
+  }
+}
+
 // The second comes while the first is solved.
 TYPED_TEST_P(SafetyFaults, OneThatComesWhileErrorsAreSolvedStopsEverythingAgain) {
   using T = TypeParam;
@@ -230,6 +255,7 @@ REGISTER_TYPED_TEST_SUITE_P(
     SafetyFaults, CodesOfItsOwnHaveANumberOfTheirOwnAndATextThatLeavesNoPlaceholder,
     EachStopsEverythingInTimeAndLastsUntilItIsSolved,
     TheLossOfAModuleStopsEverythingInTimeEverywhere, NoneMovesAnythingInIdle,
+    AModuleThatDisobeysIsAnEmergencyInIdleTooUntilItObeys,
     OneThatComesWhileErrorsAreSolvedStopsEverythingAgain,
     AStopThatTheCycleDoesNotFollowIsAnEmergency,
     CorrectedMemoryIsReportedAndLostMemoryIsAnEmergency, TheGateReplacesEveryBadCommandByTheSafeOne,

@@ -353,7 +353,7 @@ void Vehicle::set_sense(Supervisor& s) noexcept {
 std::uint16_t Vehicle::faulty_modules() const noexcept {
   unsigned mask = 0;
   for (std::size_t i = 0; i < kImu; ++i) {
-    if (in_service(i) && (!answers(i) || faulty(i))) mask |= 1u << i;
+    if (in_service(i) && (!answers(i) || faulty(i) || link(i).disobeys)) mask |= 1u << i;
   }
   return static_cast<std::uint16_t>(mask);
 }
@@ -392,6 +392,7 @@ void Vehicle::forget(std::uint16_t nodes) noexcept {
 bool Vehicle::isolate(std::uint16_t nodes) noexcept {
   if (std::popcount(nodes) != 1) return false;  // the rover goes on with five wheels, not with four
   const auto node = static_cast<std::size_t>(std::countr_zero(nodes));
+  if (link(node).disobeys) return false;  // its motor may be on
   if (supervisor_->happen(event::isolate, kit::module_of(node)).reason != Reason::none)
     return false;
   isolated_ = supervisor_->controller().isolated;
@@ -413,7 +414,7 @@ void Vehicle::begin_solving(const Supervisor& s) noexcept {
   bool contact_lost = false, drive_faults = false;
   for (std::size_t i = 0; i < kImu; ++i) {
     contact_lost = contact_lost || (in_service(i) && !answers(i));
-    drive_faults = drive_faults || (in_service(i) && faulty(i));
+    drive_faults = drive_faults || (in_service(i) && (faulty(i) || link(i).disobeys));
   }
   if (contact_lost) wrong[count++] = FaultClass::contact;
   if (drive_faults) wrong[count++] = FaultClass::drive;

@@ -108,6 +108,29 @@ TEST(ArditoWatch, InputsOfANodeThatHasJustBegunAreAwaited) {
   EXPECT_FALSE(w.has(FaultId::stale_input, kIoNode));
 }
 
+// As after a stop that its drive did not take. Without it the rover would go on with a motor that
+// nobody can switch off.
+TEST(ArditoWatch, AWheelThatDoesNotObeyAStopHasItsNodeResetAndIsNotIsolated) {
+  World w;
+  ASSERT_TRUE(w.start_and_drive(0.3));
+  w.send(lss::CommandKind::emergency_stop);
+  w.run(0.5);
+  w.in_.bus.status.link[4].disobeys = true;
+  w.run(0.2);
+  EXPECT_TRUE(w.has(FaultId::module_disobeys, 5));
+  const std::uint32_t before = w.out_.command.node_reset_serial;
+  w.send(lss::CommandKind::solve);
+  w.step();
+  ASSERT_EQ(w.state(), State::solve_errors);
+  ASSERT_TRUE(w.run_until(State::fatal_error, 60));
+  EXPECT_NE(w.out_.command.node_reset_serial, before);
+  EXPECT_EQ(w.out_.command.reset_nodes, 1u << 4);
+  EXPECT_EQ(w.supervisor_.controller().isolated, 0u);
+  w.in_.bus.status.link[4].disobeys = false;
+  w.send(lss::CommandKind::solve);
+  EXPECT_TRUE(w.run_until(State::idle, 60));
+}
+
 // The frame wakes a little after its T_k and knows of heartbeats since.
 TEST(ArditoWatch, ANodeHeardAfterTheBoundaryWasHeardNow) {
   World w;
