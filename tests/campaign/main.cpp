@@ -185,7 +185,8 @@ int main(int argc, char** argv) {
   cli.add_option("--shard", o.shard, "I/N: only each Nth of them, beginning with the Ith")
       ->capture_default_str();
   cli.add_option("--out", o.out, "write the results there, for merge");
-  cli.add_option("--script", o.script, "one scenario, with its choices as hexadecimal bytes");
+  const CLI::Option* const script = cli.add_option(
+      "--script", o.script, "one scenario, with its choices as hexadecimal bytes; \"\": all are 0");
   cli.add_option("--flips", o.flips.flips,
                  "instead: flip as many single bits of the daemon's memory");
   cli.add_option("--part", o.flips.part,
@@ -220,7 +221,7 @@ int main(int argc, char** argv) {
       o.flips.protect = !o.unprotected;
       return flip_bits(o.flips, o.wanted);
     }
-    if (!o.script.empty()) return play_script(o);
+    if (script->count() != 0) return play_script(o);
     const Results results = merges->parsed() ? merge_files(o) : play(o);
     if (!o.out.empty()) write(results, o.out);
     if (!o.markdown.empty()) write_document(results, o.markdown);

@@ -86,7 +86,8 @@ class Search {
       fmt::print("  BROKEN {}\n", line);
       summary_.complaints.push_back(fmt::format("--script {}: {}", shortest, line));
     }
-    fmt::print("repeat: lss-campaign {} --script {}\n", subject_.vehicle, shortest);
+    fmt::print("repeat: lss-campaign {} --script {}\n", subject_.vehicle,
+               shortest.empty() ? "''" : shortest);
     std::fflush(stdout);
     write_results();
     std::_Exit(1);
