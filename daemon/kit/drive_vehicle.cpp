@@ -117,7 +117,8 @@ void DriveVehicle::supervise(bool overrun_limit, Supervisor& s) noexcept {
 
 void DriveVehicle::watch_solver(Supervisor& s) noexcept {
   if (s.controller().state != State::solve_errors) return;
-  const bool healthy = port_.open() && faulty_modules() == 0 && s.controller().unheard == 0 &&
+  const bool healthy = port_.open() && !PortWatch::stands_still(bus_, now_ns_) &&
+                       faulty_modules() == 0 && s.controller().unheard == 0 &&
                        s.controller().silent == 0;
   const auto begin = [this] {
     solver_.begin(

@@ -20,7 +20,7 @@ class PortWatch {
     if (bus.time_ns == 0) return;  // no report yet
     const bool operational = s.controller().state == State::operational;
     if ((bus.open != open_ && (bus.open || !airborne)) || !reported_) change(bus, now, s);
-    if (bus.open && now - bus.time_ns > kBusStuckAfter && operational) s.raise(FaultId::bus_stuck);
+    if (operational && stands_still(bus, now)) s.raise(FaultId::bus_stuck);
     if (offs != offs_) {
       offs_ = offs;
       s.raise(FaultId::bus_off);
@@ -32,6 +32,11 @@ class PortWatch {
     }
   }
 
+  // The bus thread: what it reported last is old, and orders reach nobody.
+  template <class Report>
+  static bool stands_still(const Report& bus, TimeNs now) noexcept {
+    return bus.open && now - bus.time_ns > kBusStuckAfter;
+  }
   bool open() const noexcept { return open_; }
   TimeNs opened_ns() const noexcept { return opened_ns_; }  // 0: never
 

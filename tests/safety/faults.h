@@ -86,6 +86,30 @@ TYPED_TEST_P(SafetyFaults, NoneMovesAnythingInIdle) {
   }
 }
 
+// What a bus reported before it stood still must not look well.
+TYPED_TEST_P(SafetyFaults, ABusThatStandsStillIsNotSolved) {
+  using T = TypeParam;
+  for (const auto& fault : faults<T>()) {
+    if (fault.id != FaultId::bus_stuck) continue;
+    SCOPED_TRACE(fault.name);
+    const auto w = moving<T>();
+    ASSERT_NE(w, nullptr);
+    w->run(1);
+    fault.cause(*w);
+    const auto stands = w->alter;
+    w->alter = [stands](WorldOf<T>& world) {
+      stands(world);
+      world.in_.sample_count = 0;
+    };
+    ASSERT_TRUE(w->run_until(State::fatal_error, fault.within_s + 1e-3)) << where<T>(*w);
+    w->send(CommandKind::solve);
+    w->step();
+    ASSERT_EQ(w->state(), State::solve_errors);
+    ASSERT_TRUE(w->run_until([&] { return w->state() != State::solve_errors; }, 300));
+    EXPECT_EQ(w->state(), State::fatal_error);
+  }
+}
+
 // Its motor may be on. It is solved when it obeys, or goes on without the module.
 TYPED_TEST_P(SafetyFaults, AModuleThatDisobeysIsAnEmergencyInIdleTooUntilItObeys) {
   using T = TypeParam;
@@ -255,7 +279,7 @@ REGISTER_TYPED_TEST_SUITE_P(
     SafetyFaults, CodesOfItsOwnHaveANumberOfTheirOwnAndATextThatLeavesNoPlaceholder,
     EachStopsEverythingInTimeAndLastsUntilItIsSolved,
     TheLossOfAModuleStopsEverythingInTimeEverywhere, NoneMovesAnythingInIdle,
-    AModuleThatDisobeysIsAnEmergencyInIdleTooUntilItObeys,
+    AModuleThatDisobeysIsAnEmergencyInIdleTooUntilItObeys, ABusThatStandsStillIsNotSolved,
     OneThatComesWhileErrorsAreSolvedStopsEverythingAgain,
     AStopThatTheCycleDoesNotFollowIsAnEmergency,
     CorrectedMemoryIsReportedAndLostMemoryIsAnEmergency, TheGateReplacesEveryBadCommandByTheSafeOne,

@@ -401,9 +401,9 @@ bool Vehicle::isolate(std::uint16_t nodes) noexcept {
 
 bool Vehicle::healthy(const Supervisor& s) const noexcept {
   const std::uint8_t flags = s.controller().flags;
-  return port_.open() && faulty_modules() == 0 && s.controller().unheard == 0 &&
-         s.controller().silent == 0 && (flags & (kButtonIn | kPowerBad)) == 0 &&
-         command_.error == 0;
+  return port_.open() && !kit::PortWatch::stands_still(bus_, now_ns_) && faulty_modules() == 0 &&
+         s.controller().unheard == 0 && s.controller().silent == 0 &&
+         (flags & (kButtonIn | kPowerBad)) == 0 && command_.error == 0;
 }
 
 // From the latched faults and the present ones.

@@ -225,8 +225,9 @@ void Vehicle::watch_solver(Supervisor& s) noexcept {
   if (s.controller().state != State::solve_errors) return;
   constexpr unsigned kActuators = 1u << (kValveModule - 1) | 1u << (kFanModule - 1);
   const lc::ControllerState& c = s.controller();
-  const bool healthy = bus_.can.open && (faulty_modules() & kActuators) == 0 && c.unheard == 0 &&
-                       c.silent == 0 && !bus_.edges.all_stop_pending;
+  const bool healthy = bus_.can.open && !kit::PortWatch::stands_still(bus_.can, now_ns_) &&
+                       (faulty_modules() & kActuators) == 0 && c.unheard == 0 && c.silent == 0 &&
+                       !bus_.edges.all_stop_pending;
   const auto treat = [this] {
     if (solver_.kind() == StrategyKind::reset_node) reset_modules(faulty_modules());
     if (solver_.kind() == StrategyKind::realign) realign();
