@@ -268,14 +268,18 @@ int main(int argc, char** argv) {
   cli.footer(
       "Examples:\n  lssd --config config/zebro.toml --run-dir /tmp/lss --domain 7\n"
       "  lssd --replay /var/lib/lss/*.lssrec");
-  CLI11_PARSE(cli, argc, argv);
+  try {
+    cli.parse(argc, argv);
+    if (options.config.empty() && options.replay.empty())
+      throw CLI::RequiredError("--config FILE (or --replay FILE)");
+  } catch (const CLI::ParseError& error) {
+    return cli.exit(error) == 0 ? 0 : kExitConfig;
+  }
   if (options.cost != 0) return count_costs(options);
   if (!options.replay.empty()) {
     const auto print = [](const std::string& line) { std::fputs(line.c_str(), stdout); };
     return static_cast<int>(lss::record::replay_files(options.replay, print));
   }
-  if (options.config.empty())
-    return cli.exit(CLI::RequiredError("--config FILE (or --replay FILE)"));
 
   const sigset_t signals = block_signals();
   // In its own thread, which drops the oldest lines when they cannot be written.

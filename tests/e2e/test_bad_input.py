@@ -62,6 +62,15 @@ class BadConfiguration(Scenario):
         self.assertIn("[link] obc_timeout_s is 5: a silent OBC would break off a safe stop", said)
         self.assertIn("at least 10.2", said)
 
+    def test_a_command_line_with_errors_is_not_tried_again(self):
+        no_restart = 78  # RestartPreventExitStatus= of systemd/lssd@.service.in
+        for words, domain, named in [(["--bogus"], "7", "--bogus"), ([], "7", "--config"), (["--config"], "7", "--config"),
+                                     (["--config", "x.toml"], "here", "here"), (["--domain", "231"], "7", "231")]:
+            with self.subTest(words=words):
+                result = run([DAEMON, *words], {**self.environment(), "LSS_DOMAIN": domain}, 10)
+                self.assertEqual(result.code, no_restart, result)
+                self.assertIn(named, result.err)
+
     def test_a_port_that_is_no_terminal_is_refused_by_name(self):
         file = os.path.join(self.folder, "plain-file")
         with open(file, "w", encoding="ascii"):
