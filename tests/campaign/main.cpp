@@ -109,6 +109,15 @@ Results merge_files(const Options& o) {
   return all;
 }
 
+// Looked at before hours of work, not after them.
+void expect_writable(const fs::path& file) {
+  if (file.empty()) return;
+  const fs::path place = fs::exists(file) ? file : fs::absolute(file).parent_path();
+  if (fs::is_directory(file) || ::access(place.c_str(), W_OK) != 0)
+    throw std::runtime_error(file.string() +
+                             " cannot be written: name a file in a folder that you may write to");
+}
+
 void write_document(const Results& results, const std::string& markdown) {
   std::ofstream file(markdown, std::ios::trunc);
   file << document(results.summaries,
@@ -179,7 +188,7 @@ int main(int argc, char** argv) {
   for (const Subject& subject : subjects()) names.emplace_back(subject.vehicle);
   cli.add_option("vehicle", o.wanted, "vehicle; none: all")->check(CLI::IsMember(names));
   cli.add_option("--runs", o.runs, "scenarios of each vehicle")
-      ->check(CLI::PositiveNumber)
+      ->check(CLI::Range(1U, 1'000'000'000U))
       ->capture_default_str();
   cli.add_option("--first", o.first, "number of the first scenario")->capture_default_str();
   cli.add_option("--shard", o.shard, "I/N: only each Nth of them, beginning with the Ith")
@@ -213,9 +222,14 @@ int main(int argc, char** argv) {
   searches->add_option("--corpus", o.corpus, "folder of scripts to begin with, to which it adds");
   searches->add_option("--out", o.out, "write there what was played");
   searches->add_option("--shard", o.shard, "I/N: other scripts in each of N searches");
-  CLI11_PARSE(cli, argc, argv);
+  try {
+    cli.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return cli.exit(error) == 0 ? 0 : 2;
+  }
 
   try {
+    for (const std::string& file : {o.out, o.markdown}) expect_writable(file);
     if (searches->parsed()) return search(o);
     if (o.flips.flips != 0) {
       o.flips.protect = !o.unprotected;
