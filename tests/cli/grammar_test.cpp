@@ -65,6 +65,25 @@ TEST(Grammar, WrongLinesHaveTheirExitCodeAndASuggestion) {
   EXPECT_EQ(refusal({"status", "now"}).code(), ExitCode::usage);
 }
 
+TEST(Grammar, WhatIsMissingIsSaidWithItsMeaning) {
+  const auto refusal = [](const Words& words) {
+    try {
+      Grammar(Grammar::Scope::program).parse(words);
+    } catch (const Failure& e) {
+      return e;
+    }
+    return Failure(ExitCode::completed, "was taken");
+  };
+  EXPECT_STREQ(refusal({"param"}).what(),
+               "param needs one more word: get, set, diff, save or reset");
+  EXPECT_STREQ(refusal({"keystore", "create"}).what(),
+               "keystore needs one more word: the keystore");
+  EXPECT_THAT(refusal({"serve"}).what(), HasSubstr("serve needs --socket: path"));
+  EXPECT_STREQ(refusal({"param", "set"}).what(), "cannot understand: param set");
+  EXPECT_THAT(refusal({"param", "set"}).advice(), HasSubstr("set NAME VALUE"));
+  EXPECT_EQ(refusal({"status", "--bogus"}).advice(), "see: lss-cli status --help");
+}
+
 TEST(Grammar, OnlyWordsThatAVehicleMayKnowAreAskedOfAnother) {
   const auto asks = [](const Words& words) {
     Grammar grammar(Grammar::Scope::program);

@@ -36,6 +36,12 @@ class Failure : public std::runtime_error {
   std::string advice_;
 };
 
+// Of a verb with forms of its own, when `typed` is none of them.
+inline Failure no_form(std::string typed, const std::string& forms) {
+  typed.erase(typed.find_last_not_of(' ') + 1);
+  return Failure(ExitCode::usage, "cannot understand: " + typed, "write: " + forms);
+}
+
 // Ctrl-C, SIGTERM or the end of the terminal during a wait.
 class Interrupted : public std::exception {
  public:

@@ -114,8 +114,7 @@ Invocation invocation_of(const Edf& edf) {
   const std::vector<std::string> known(std::begin(kEdf), std::end(kEdf));
   const std::string what = edf.words.empty() ? "" : edf.words.front();
   if (std::ranges::find(known, what) == known.end()) {
-    throw Failure(ExitCode::usage, fmt::format("edf {}: what is that?", what),
-                  "edf arm, edf throttle SHARE, or edf rpm SPEED");
+    throw no_form("edf " + what, "edf arm, edf throttle SHARE, or edf rpm SPEED");
   }
   return read_invocation(find_command(vehicle(), "edf-" + what), vehicle(),
                          std::span(edf.words).subspan(1), edf.named);
@@ -220,7 +219,7 @@ ExitCode do_script(Context& context, const std::string& what, const std::string&
   if (what == "run" && !name.empty()) return run_script(context, name);
   if (what == "abort" && name.empty())
     return run(context, {&command(CommandKind::script_abort), {}});
-  throw Failure(ExitCode::usage, fmt::format("script {} {}: what is that?", what, name),
+  throw no_form(fmt::format("script {} {}", what, name),
                 "script run FILE, script check FILE, or script abort");
 }
 

@@ -193,7 +193,7 @@ void add_command(Grammar& grammar) {
   grammar.on(sub, [what, name](Context& context) {
     if (*what == "list" && name->empty()) return list_commands(context);
     if (*what == "describe" && !name->empty()) return describe_command(context, *name);
-    throw Failure(ExitCode::usage, fmt::format("command {} {}: what is that?", *what, *name),
+    throw no_form(fmt::format("command {} {}", *what, *name),
                   "command list, or command describe NAME");
   });
 }

@@ -38,6 +38,21 @@ std::uint32_t parse_lease_ms(const std::string& text) {
 
 bool is_verb_like(const std::string& word) { return !word.starts_with('-'); }
 
+std::string see_help(const std::vector<CLI::App*>& verbs) {
+  return fmt::format("see: lss-cli{} --help", verbs.empty() ? "" : " " + verbs.front()->get_name());
+}
+
+// What the verb still needs: CLI11 names it without what it is.
+std::string still_needed(const CLI::App& verb) {
+  for (const CLI::Option* option : verb.get_options()) {
+    if (!option->get_required() || option->count() > 0) continue;
+    return fmt::format("{} needs {}: {}", verb.get_name(),
+                       option->get_positional() ? "one more word" : option->get_name(),
+                       option->get_description());
+  }
+  return "";
+}
+
 }  // namespace
 
 Grammar::Grammar(Scope scope, std::span<const Vehicle* const> of)
@@ -66,8 +81,9 @@ void Grammar::add_options() {
       ->envname("LSS_ENCLAVE");
   app_.add_option("--timeout", timeout_,
                   "longest wait, for the daemon (default 3s) and for a command (default 2min)");
-  app_.add_option("--lease", lease_,
-                  "without a heartbeat for so long the vehicle stops (default 2s)");
+  app_.add_option(
+      "--lease", lease_,
+      "without a heartbeat for so long the vehicle stops (default 2s; a bare number: ms)");
   app_.add_flag("--json", options_.json, "one JSON document on stdout");
   app_.add_flag("--jsonl", options_.jsonl, "a stream of JSON documents, one per line")
       ->excludes("--json");
@@ -127,9 +143,8 @@ Failure Grammar::unknown(const std::vector<std::string>& words) const {
   for (const std::string& word : words) {
     if (!is_verb_like(word)) continue;
     if (!app_.get_subcommands().empty()) {
-      return Failure(
-          ExitCode::usage, fmt::format("do not know what '{}' is for", word),
-          fmt::format("see: lss-cli {} --help", app_.get_subcommands().front()->get_name()));
+      return Failure(ExitCode::usage, fmt::format("do not know what '{}' is for", word),
+                     see_help(app_.get_subcommands()));
     }
     std::string advice = did_you_mean(word, verb_names());
     return Failure(ExitCode::unknown_name, fmt::format("there is no verb '{}'", word),
@@ -141,8 +156,9 @@ Failure Grammar::unknown(const std::vector<std::string>& words) const {
     for (const CLI::Option* option : sub->get_options()) options.push_back(option->get_name());
   }
   const std::string word = words.empty() ? "" : words.front();
+  const std::string advice = did_you_mean(word, options);
   return Failure(ExitCode::usage, fmt::format("there is no option '{}'", word),
-                 did_you_mean(word, options));
+                 advice.empty() ? see_help(app_.get_subcommands()) : advice);
 }
 
 void Grammar::check_options() {
@@ -195,9 +211,10 @@ Action Grammar::parse(std::vector<std::string> words) {
     throw;
   } catch (const CLI::ParseError& e) {
     const std::vector<CLI::App*> subs = app_.get_subcommands();
-    throw Failure(
-        ExitCode::usage, e.what(),
-        fmt::format("see: lss-cli{} --help", subs.empty() ? "" : " " + subs.front()->get_name()));
+    std::string text =
+        subs.empty() || e.get_name() != "RequiredError" ? "" : still_needed(*subs.front());
+    if (text.empty()) text = e.what();
+    throw Failure(ExitCode::usage, text, see_help(subs));
   }
   check_options();
   if (action_ == nullptr) {

@@ -89,7 +89,7 @@ ExitCode run_log(Context& context, const LogWanted& wanted) {
                                             : list_folder(context, wanted);
   if (wanted.what == "show" && named) return kind.show(context, wanted);
   if (wanted.what == "export" && named) return kind.exports(context, wanted);
-  throw Failure(ExitCode::usage, fmt::format("log {} {}: what is that?", wanted.what, wanted.path),
+  throw no_form(fmt::format("log {} {}", wanted.what, wanted.path),
                 "log list [FOLDER|FILE], log show FILE, or log export FILE");
 }
 

@@ -202,8 +202,7 @@ void check(const Typed& typed) {
   const bool pairs = typed.what == "set" && !typed.words.empty() && typed.words.size() % 2 == 0;
   const bool names = typed.what == "get" || typed.what == "diff" || typed.what == "reset";
   if (pairs || names || (typed.what == "save" && typed.words.empty())) return;
-  throw Failure(ExitCode::usage,
-                fmt::format("param {} {}: what is that?", typed.what, fmt::join(typed.words, " ")),
+  throw no_form(fmt::format("param {} {}", typed.what, fmt::join(typed.words, " ")),
                 "param get [NAME...], set NAME VALUE [NAME VALUE...], diff [NAME...], save, or "
                 "reset [NAME...]");
 }
