@@ -34,12 +34,15 @@ void add_options(CLI::App& app, Wanted& wanted) {
       ->envname("ROS_DOMAIN_ID");
   app.add_option("--interface", wanted.bridge.interfaces,
                  "network interface to ROS, may be repeated; without it this machine only");
+  const std::map<std::string, Distro> distros = {{"humble", Distro::humble},
+                                                 {"iron", Distro::iron},
+                                                 {"jazzy", Distro::iron},
+                                                 {"kilted", Distro::iron}};
   app.add_option("--distro", wanted.bridge.distro,
-                 "of the nodes on the domain: humble, or iron and later")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, Distro>{{"humble", Distro::humble},
-                                                                        {"iron", Distro::iron},
-                                                                        {"jazzy", Distro::iron},
-                                                                        {"kilted", Distro::iron}}));
+                 "of the nodes on the domain: humble, iron, jazzy or kilted")
+      ->transform(CLI::CheckedTransformer(distros).description(""))
+      ->transform(CLI::IsMember(distros).description(""))  // the last one comes first
+      ->default_str("iron");
   app.add_flag("--stamped", wanted.bridge.stamped, "cmd_vel is a TwistStamped, not a Twist");
   app.add_flag("--cmd-vel-starts", wanted.bridge.cmd_vel_starts,
                "cmd_vel starts the vehicle; without it, it is refused outside Operational");

@@ -148,6 +148,8 @@ TEST_F(TalarisProgram, ListsItsFaultsAndRefusesWhatDoesNotGo) {
   }
   expect_refused(talaris({"--fault", "5s:imu-silnt"}), "did you mean 'imu-silent'");
   expect_refused(talaris({"--stand", "rail", "--heading", "45"}), "--heading is for");
+  expect_refused(talaris({"--stand", "bench"}),
+                 "bench not in {fans,free,lift,load,pivot,rail,sled}");
   expect_refused(talaris({"--ground", "mud"}), "'mud' is no soil: sand, loam, regolith");
   expect_refused(talaris({"--stand", "sled", "--ground", "sand"}),
                  "soil is for the stand free only");

@@ -197,9 +197,8 @@ class ArditoKind final : public VehicleKind {
                   1.0, 1000.0);
     number_option(command, "--step-length", options_.step_length_m, "how long it stays up, m", 0.1,
                   1000.0);
-    command.add_option("--step-side", options_.step_side, "both, left or right wheels meet it")
-        ->transform(CLI::CheckedTransformer(sides).description(""))
-        ->default_str("both");
+    choice_option(command, "--step-side", options_.step_side, "both, left or right wheels meet it",
+                  sides, "both");
   }
 
   std::unique_ptr<Vehicle> make(unsigned seed) const override {

@@ -71,6 +71,16 @@ class VehicleKind {
                             std::type_identity_t<T> most) {
     command.add_option(name, value, help)->check(CLI::Range(least, most))->capture_default_str();
   }
+  // Adds an option with named values; an error lists the names.
+  template <class T>
+  static void choice_option(CLI::App& command, const std::string& name, T& value,
+                            const std::string& help, const std::map<std::string, T>& choices,
+                            const char* fallback) {
+    command.add_option(name, value, help)
+        ->transform(CLI::CheckedTransformer(choices).description(""))
+        ->transform(CLI::IsMember(choices).description(""))  // the last one comes first
+        ->default_str(fallback);
+  }
   static void gravity_option(CLI::App& command, double& value, const char* where) {
     const std::map<std::string, double> gravities = {
         {"moon", 1.625}, {"mars", 3.72}, {"earth", 9.81}};

@@ -139,14 +139,10 @@ class TalarisKind final : public VehicleKind {
                                                  {"lift", Stand::lift}, {"fans", Stand::fans},
                                                  {"load", Stand::load}};
     const std::map<std::string, Axis> axes = {{"pitch", Axis::pitch}, {"yaw", Axis::yaw}};
-    command
-        .add_option("--stand", options_.plant.stand,
-                    "free, rail, sled, pivot, lift, fans or load: what may move")
-        ->transform(CLI::CheckedTransformer(stands).description(""))
-        ->default_str("free");
-    command.add_option("--axis", options_.plant.axis, "pitch or yaw: of tilt, pivot and lift")
-        ->transform(CLI::CheckedTransformer(axes).description(""))
-        ->default_str("pitch");
+    choice_option(command, "--stand", options_.plant.stand,
+                  "free, rail, sled, pivot, lift, fans or load: what may move", stands, "free");
+    choice_option(command, "--axis", options_.plant.axis, "pitch or yaw: of tilt, pivot and lift",
+                  axes, "pitch");
     number_option(command, "--tilt", tilt_deg_, "at the start, degrees", -30.0, 30.0);
     number_option(command, "--heading", heading_deg_,
                   "at the start, about x, degrees; free and sled", -180.0, 180.0);
@@ -196,9 +192,7 @@ class TalarisKind final : public VehicleKind {
   void add_sensor_options(CLI::App& command) {
     const std::map<std::string, ImuKind> kinds = {{"landmark", ImuKind::landmark},
                                                   {"crossbow", ImuKind::crossbow}};
-    command.add_option("--imu", options_.imu.kind, "landmark or crossbow")
-        ->transform(CLI::CheckedTransformer(kinds).description(""))
-        ->default_str("landmark");
+    choice_option(command, "--imu", options_.imu.kind, "landmark or crossbow", kinds, "landmark");
     command.add_flag("--standby-imu", options_.standby_imu,
                      "a second IMU, a Crossbow, on the line \"standby_imu\"");
     number_option(command, "--imu-errors", imu_errors_, "factor on its noise and biases", 0.0,
