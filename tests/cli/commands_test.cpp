@@ -80,6 +80,8 @@ TEST(Commands, EveryMistakeIsAUsageErrorThatSaysWhatIsPossible) {
   EXPECT_THAT(refusal("leg", {"1"}).what(), HasSubstr("position"));
   EXPECT_EQ(refusal("leg", {"1.5", "0"}).code(), ExitCode::usage);
   EXPECT_EQ(refusal("leg", {"7", "0"}).code(), ExitCode::usage);
+  EXPECT_THAT(refusal("leg", {"XX", "0"}).what(), HasSubstr("'XX' is none of: LF, RF, LM"));
+  EXPECT_THAT(refusal("reset", {"XX"}).advice(), HasSubstr("LH, RH, panel, all, controller"));
   EXPECT_EQ(refusal("panel", {}).code(), ExitCode::usage);
   EXPECT_EQ(refusal("panel", {"open"}).code(), ExitCode::usage);
   EXPECT_EQ(refusal("stand", {"up"}).code(), ExitCode::usage);

@@ -222,7 +222,8 @@ void Scan::each(const std::function<void(const RawMessage&)>& take) const {
 Scan scan(const std::string& path, Bytes file) {
   Scan result;
   if (file.size() < kMagic.size() || std::memcmp(file.data(), kMagic.data(), kMagic.size()) != 0) {
-    throw Failure(ExitCode::usage, path + " is no MCAP file", "name one that ends in .mcap");
+    throw Failure(ExitCode::usage, path + " is no MCAP file",
+                  "name a file that lss-cli record wrote");
   }
   Reader reader(file);
   reader.take(kMagic.size());

@@ -77,6 +77,12 @@ double parse(const CommandInfo& info, const ParameterInfo& p, const Vehicle& veh
                   did_you_mean(word, value_names(p, vehicle)));
   }
   const std::string what = fmt::format("{} --{}", info.name, p.name);
+  if (numbers_subjects(p) && !word.empty() && std::isalpha(static_cast<unsigned char>(word[0]))) {
+    const std::vector<std::string> names = value_names(p, vehicle);
+    throw Failure(ExitCode::usage,
+                  fmt::format("{}: '{}' is none of: {}", what, word, fmt::join(names, ", ")),
+                  did_you_mean(word, names));
+  }
   if (is_set(p)) return parse_set(word, static_cast<std::uint64_t>(p.max), what);
   const double value = parse_quantity(word, p.unit, what);
   if (value < p.min || value > p.max) {
@@ -121,6 +127,8 @@ Failure surplus(const CommandInfo& info, const Vehicle& vehicle, const std::stri
     for (std::string& name : value_names(p, vehicle)) known.push_back(std::move(name));
   }
   std::string advice = did_you_mean(word, known);
+  if (advice.empty() && !known.empty())
+    advice = fmt::format("choose from {}", fmt::join(known, ", "));
   if (advice.empty()) advice = fmt::format("see: lss-cli command describe {}", info.name);
   return Failure(ExitCode::usage, fmt::format("{} does not know what '{}' is for", info.name, word),
                  advice);

@@ -86,7 +86,7 @@ class LogFile {
   [[noreturn]] void refuse() const {
     throw Failure(ExitCode::usage,
                   fmt::format("{}:{}: no log of lssd, or a damaged one", path_, line_),
-                  fmt::format("name a file that ends in {} or {}", kLog, kCrash));
+                  fmt::format("name a file that ends in {}, {}, .lssrec or .mcap", kLog, kCrash));
   }
 
   std::string path_;
