@@ -36,6 +36,7 @@ TEST_F(ProgramAlone, MistakesHaveTheirCodeWhenNobodyAnswers) {
   EXPECT_EQ(run({"--timeout", "0.2", "stand", "--for", "3s"}).code, 2);
   EXPECT_EQ(run({"run"}).code, 2);
   EXPECT_EQ(run({"run", "/nowhere/patrol.lss"}).code, 2);
+  EXPECT_EQ(run({"--enclave", "/nowhere/pilot", "status"}).code, 2);
   EXPECT_EQ(run({}).code, 2);
 }
 

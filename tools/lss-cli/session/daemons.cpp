@@ -6,6 +6,7 @@
 #include "idl/recording_reader.h"
 #include "tools/lss-cli/session/wire.h"
 #include "tools/lss-cli/show/failure.h"
+#include "tools/lss-cli/show/options.h"
 
 namespace lss::cli {
 namespace {
@@ -23,7 +24,24 @@ dds::Entity status_reader(dds_entity_t participant, const dds_listener_t* listen
       dds::create_recording_reader(participant, dds::common_topic(dds::Kind::status), listener));
 }
 
+dds::ParticipantParameters parameters(const Options& options) {
+  dds::ParticipantParameters result;
+  result.short_lived = true;
+  result.domain = options.domain;
+  result.shared_memory = options.shared_memory;
+  result.enclave = options.enclave;
+  return result;
+}
+
 }  // namespace
+
+dds::Participant own_participant(const Options& options) {
+  auto participant = dds::Participant::create(parameters(options));
+  // An enclave that cannot be used is the user's to repair.
+  if (!participant && !options.enclave.empty() && !dds::read_enclave(options.enclave))
+    throw Failure(ExitCode::usage, participant.error());
+  return checked(std::move(participant));
+}
 
 Daemons::Daemons(const dds::Participant& participant, const dds_listener_t* listener)
     : participant_(participant),

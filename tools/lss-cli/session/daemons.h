@@ -19,6 +19,11 @@ namespace lss::cli {
 
 using dds::Guid;
 
+struct Options;
+
+// The participant of lss-cli. Throws a Failure.
+dds::Participant own_participant(const Options& options);
+
 struct Daemon {
   lss_Status status{};                       // the newest
   std::optional<Clock::time_point> heard{};  // when it arrived; empty: none yet

@@ -27,15 +27,6 @@ constexpr double kDictionary_s = 5;  // a large sample, on a busy machine
 // yet.
 constexpr TimeNs kTaken = 10 * kSecond, kAgain = 100 * kMillisecond;
 
-dds::ParticipantParameters parameters(const Options& options) {
-  dds::ParticipantParameters result;
-  result.short_lived = true;
-  result.domain = options.domain;
-  result.shared_memory = options.shared_memory;
-  result.enclave = options.enclave;
-  return result;
-}
-
 Failure not_taken() {
   return Failure(ExitCode::unreachable, "the daemon does not take what was sent",
                  "is it lssd --lockstep of this simulation?");
@@ -45,9 +36,9 @@ Failure not_taken() {
 
 Link::Link(const Options& options, std::shared_ptr<const dds::Participant> participant)
     : options_(options),
-      participant_(participant ? std::move(participant)
-                               : std::make_shared<const dds::Participant>(
-                                     checked(dds::Participant::create(parameters(options))))),
+      participant_(participant
+                       ? std::move(participant)
+                       : std::make_shared<const dds::Participant>(own_participant(options))),
       daemons_(*participant_, waker_.listener()) {
   ack_reader_ = reader(dds::common_topic(dds::Kind::command_ack));
 }
