@@ -261,7 +261,8 @@ class Ground(Recorded, Scenario):
         self.assertEqual((counters["refused"], counters["wrong_keys"]), (4, 4))
 
         for words, why in ((["--listen", "0.0.0.0:0"], "--key-file"), (["--key-file", "/dev/null/none"], "cannot read"),
-                           (["--listen", "nowhere"], "is no address"), (["--tls-cert", "x"], "belong together")):
+                           (["--listen", "nowhere"], "is no address"), (["--tls-cert", "x"], "belong together"),
+                           (["--page", "/dev/null"], "has no index.html"), (["--domain", "231"], "not in range")):
             refused = run([os.path.join(TOOLS, "lss-ground"), *words], self.environment(), 10)
             self.assertEqual((refused.code, why in refused.err), (2, True), refused)
 

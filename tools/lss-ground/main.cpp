@@ -45,6 +45,7 @@ std::string default_page() {
 void add_options(CLI::App& app, Options& options) {
   app.add_option("--domain", options.domain, "DDS domain of the vehicles")
       ->envname("LSS_DOMAIN")
+      ->check(CLI::Range(0, 230))
       ->capture_default_str();
   app.add_option("--enclave", options.enclave,
                  "folder with certificates and permissions of the role command, for DDS Security")
@@ -118,7 +119,13 @@ int main(int argc, char** argv) {
   }
   options.server.listen = *listen;
   options.server.stops = options.server.clients;
-  if (options.server.page.empty()) options.server.page = default_page();
+  if (options.server.page.empty()) {
+    options.server.page = default_page();
+  } else if (std::error_code none;
+             !std::filesystem::exists(options.server.page + "/index.html", none)) {
+    fail(options.server.page + " has no index.html: name the folder of the page that was built",
+         kWrongUsage);
+  }
   const Door door = open_door(options, *listen);
 
   auto server = Server::create(options.server);

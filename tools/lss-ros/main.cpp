@@ -23,6 +23,7 @@ struct Wanted {
 void add_options(CLI::App& app, Wanted& wanted) {
   app.add_option("--domain", wanted.link.domain, "DDS domain of the vehicle")
       ->envname("LSS_DOMAIN")
+      ->check(CLI::Range(0, 230))
       ->capture_default_str();
   app.add_option("--vehicle", wanted.link.vehicle_id, "id of the vehicle; without it the only one")
       ->envname("LSS_VEHICLE");
@@ -31,7 +32,8 @@ void add_options(CLI::App& app, Wanted& wanted) {
       ->envname("LSS_ENCLAVE");
   app.add_option("--ros-domain", wanted.ros_domain,
                  "DDS domain of ROS; without it that of the vehicle")
-      ->envname("ROS_DOMAIN_ID");
+      ->envname("ROS_DOMAIN_ID")
+      ->check(CLI::Range(0, 230));
   app.add_option("--interface", wanted.bridge.interfaces,
                  "network interface to ROS, may be repeated; without it this machine only");
   const std::map<std::string, Distro> distros = {{"humble", Distro::humble},
