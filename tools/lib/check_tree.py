@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
 """check_tree.py RULE [ROOT]: rules for the source tree as a whole. Prints FILE:LINE for each violation."""
+import graphlib
+import os
 import pathlib
 import re
 import subprocess
@@ -58,7 +60,20 @@ def units():
                 fault(path, number, f"{m[1]}: put its unit into its name, or say here what it means")
 
 
-RULES = {"headers": headers, "languages": languages, "license": license_, "units": units}
+def imports():
+    """The files of the pilot's page import one another in no circle, types included."""
+    page = {path.with_suffix(""): path for path in files("tools/lss-ground/page/src") if path.suffix == ".ts"}
+    wants = {name: {pathlib.Path(os.path.normpath(path.parent / other))
+                    for other in re.findall(r'\bfrom "(\.[^"]+)"', path.read_text(encoding="utf-8"))}
+             for name, path in page.items()}
+    try:
+        graphlib.TopologicalSorter(wants).prepare()
+    except graphlib.CycleError as error:
+        circle = error.args[1]
+        fault(page[circle[0]], 1, "imports form a circle: " + ", ".join(name.name for name in circle))
+
+
+RULES = {"headers": headers, "languages": languages, "license": license_, "units": units, "imports": imports}
 if rule not in RULES:
     sys.exit(f"usage: check_tree.py {'|'.join(RULES)} [ROOT]")
 RULES[rule]()

@@ -1,7 +1,6 @@
 // The data about vehicles that the gateway has sent.
 
 import type {Json} from "./link";
-import type {Recording} from "./recording";
 
 export interface Parameter {
   name: string; unit: string; min: number; max: number; required: boolean; whole: boolean; help: string;
@@ -24,6 +23,13 @@ export interface Guard { allowed: boolean; why: string; advice: string; first: s
 export interface Running { command: string; phase: string; step: string; left: number; steps: number; text: string; at: number; final: boolean; }
 
 export interface Links { alive: boolean; status_age_ms: number | null; telemetry_age_ms: number | null; }
+
+// What is played of a recording.
+export interface Recorded {
+  now_s: number; playing: boolean; speed: number; readonly begin_s: number; readonly end_s: number;
+  telemetryNow(): Json | null;
+  statusNow(): Json | null;
+}
 
 export const kStale_ms = 3000;  // a status comes every second
 
@@ -77,7 +83,7 @@ export class Vehicle {
   links: Links = {alive: false, status_age_ms: null, telemetry_age_ms: null};
   links_ms = 0;  // performance.now() of them
   history: History | null = null;
-  recorded: Recording | null = null;  // it is a recording, no vehicle
+  recorded: Recorded | null = null;  // it is a recording, no vehicle
 
   constructor(readonly id: string, message: Json) {
     this.kind = message.vehicle;

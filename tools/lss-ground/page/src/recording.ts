@@ -7,7 +7,7 @@ import {McapStreamReader} from "@mcap/core";
 import {$, el, show} from "./dom";
 import type {Fleet} from "./fleet";
 import type {Json} from "./link";
-import {type Field, History, Vehicle} from "./model";
+import {type Field, History, type Recorded, Vehicle} from "./model";
 import {signalsOf} from "./plots";
 
 const kStates = ["Idle", "Operational", "FatalError", "SolveErrors"];
@@ -48,7 +48,7 @@ function statusOf(data: Json, {faults: known, subjects}: Dictionary): Json {
     })};
 }
 
-export class Recording {
+export class Recording implements Recorded {
   readonly telemetry: Sample[] = [];
   readonly status: Sample[] = [];
   readonly events: Sample[] = [];
@@ -109,8 +109,14 @@ export class Recording {
     return vehicle;
   }
 
+  telemetryNow() { return this.newest(this.telemetry); }
+  statusNow() {
+    const status = this.newest(this.status);
+    return status && statusOf(status, this.dictionary!);
+  }
+
   // The newest sample at that time.
-  at(list: Sample[]): Json | null {
+  private newest(list: Sample[]): Json | null {
     let low = 0, high = list.length;
     while (low < high) {
       const middle = (low + high) >> 1;
@@ -153,9 +159,8 @@ export class Player {
   private seek(vehicle: Vehicle, now_s: number) {
     const recording = vehicle.recorded!;
     recording.now_s = Math.min(recording.end_s, Math.max(recording.begin_s, now_s));
-    const status = recording.at(recording.status);
-    vehicle.telemetry = recording.at(recording.telemetry);
-    vehicle.status = status && statusOf(status, recording.dictionary!);
+    vehicle.telemetry = recording.telemetryNow();
+    vehicle.status = recording.statusNow();
     this.moved(vehicle);
     this.draw();
   }
