@@ -131,9 +131,8 @@ class RecordingReader {
   std::uint64_t torn_bytes_ = 0;
   std::string trouble_;
   // Of damage that was skipped.
-  unsigned skips_ = 0;
-  std::uint64_t missing_ = 0, searched_ = 0;  // chunks; bytes that were no complete chunk
-  std::string damage_;                        // the first
+  std::uint64_t missing_ = 0, searched_ = 0;  // chunks; bytes that were looked at
+  std::string damage_;                        // the first; empty: none
 };
 
 // Truncates a file that was not ended after its last complete chunk, unless a process still writes

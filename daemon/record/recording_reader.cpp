@@ -21,9 +21,14 @@ namespace {
 using namespace format;
 
 constexpr std::size_t kWindow = 64 * 1024;  // files are looked through piece by piece
-// A file that was made to be slow to read is not read further.
-constexpr unsigned kMostSkips = 64;
-constexpr std::uint64_t kMostSearched = 4 * most::kChunkBytes;
+// Passes through a file. One that was made to be slow to read is not read further.
+constexpr std::uint64_t kMostSearches = 4;
+
+// The whole window at once: a file may be one long hole.
+bool is_zero(const std::vector<std::uint8_t>& window) {
+  return window.front() == 0 &&
+         std::memcmp(window.data(), window.data() + 1, window.size() - 1) == 0;
+}
 
 // A field of the wrong type. A missing field is checked where it is needed.
 std::optional<std::string> wrong_field(const nlohmann::ordered_json& header) {
@@ -107,9 +112,8 @@ tl::expected<void, std::string> RecordingReader::read_header() {
 
 bool RecordingReader::next(Item& kind, std::span<const std::uint8_t>& bytes) {
   if (next_item(kind, bytes)) return true;
-  if (skips_ > 0) {
+  if (!damage_.empty()) {
     end_ = End::damaged;
-    torn_bytes_ = 0;
     trouble_ = fmt::format("{}; chunks that are missing: {}", damage_, missing_);
   }
   return false;
@@ -153,6 +157,10 @@ bool RecordingReader::next_item(Item& kind, std::span<const std::uint8_t>& bytes
 bool RecordingReader::next_chunk() {
   at_ = 0;
   if (read_chunk()) return true;
+  if (!damage_.empty()) {  // whatever this is
+    end_ = End::damaged;
+    return false;
+  }
   classify();
   if (end_ != End::torn && end_ != End::damaged) return false;
   // Its recorder may have continued meanwhile: then the chunk is complete now, or will be. Or it
@@ -199,8 +207,8 @@ bool RecordingReader::read_chunk() {
 bool RecordingReader::skip_damage() {
   std::uint64_t at = 0;
   std::uint32_t index = 0;
-  if (end_ != End::damaged || skips_ == kMostSkips || !find_chunk(at, index)) return false;
-  if (skips_++ == 0) damage_ = trouble_;
+  if (end_ != End::damaged || !find_chunk(at, index)) return false;
+  if (damage_.empty()) damage_ = trouble_;
   missing_ += index - index_;
   offset_ = at;
   index_ = index;
@@ -211,12 +219,15 @@ bool RecordingReader::skip_damage() {
 
 // The first complete chunk from offset_ on that can follow, and its index.
 bool RecordingReader::find_chunk(std::uint64_t& at, std::uint32_t& index) {
-  const std::uint64_t end = end_of_use();
+  const std::uint64_t end = std::min(size_, file_size());
+  const std::uint64_t limit = kMostSearches * (size_ + most::kChunkBytes);
   std::vector<std::uint8_t> window, chunk;
   Head head;
   for (std::uint64_t from = offset_; from + kHead <= end; from += window.size() - kHead + 1) {
     window.resize(std::min<std::uint64_t>(kWindow, end - from));
-    if (!read_at(from, window)) return false;
+    searched_ += window.size();
+    if (searched_ > limit || !read_at(from, window)) return false;
+    if (is_zero(window)) continue;
     const std::span<const std::uint8_t> all(window);
     for (std::size_t i = 0; i + kHead <= all.size(); ++i) {
       if (!read_head(all.subspan(i), head)) continue;
@@ -230,7 +241,7 @@ bool RecordingReader::find_chunk(std::uint64_t& at, std::uint32_t& index) {
       index = head.index;
       if (const Body body = check_body(chunk, head); body.crc && body.trail) return true;
       searched_ += size;
-      if (searched_ > kMostSearched) return false;
+      if (searched_ > limit) return false;
     }
   }
   return false;
@@ -277,8 +288,7 @@ std::uint64_t RecordingReader::end_of_use() const {
     window.resize(std::min<std::uint64_t>(kWindow, end - offset_));
     const std::size_t before = window.size();
     if (!read_at(end - before, window)) return offset_;
-    // The whole window at once: a file may be one long hole.
-    if (window.front() == 0 && std::memcmp(window.data(), window.data() + 1, before - 1) == 0) {
+    if (is_zero(window)) {
       end -= window.size();
       continue;
     }

@@ -205,6 +205,28 @@ TEST_F(RecordingTest, ChunksBehindDamageAreReadAndThoseThatAreMissingAreCounted)
   }
 }
 
+// The hole is not looked through for each of them, or this would take minutes.
+TEST_F(RecordingTest, BehindEveryDamageTheWholeChunksAreReadAlsoBeforeALongHole) {
+  std::vector<std::uint64_t> damages;
+  std::vector<Bytes> expected;
+  RecordingWriter writer;
+  ASSERT_EQ(writer.begin(path(), {{"lss", "recording"}, {"vehicle", "v"}}, 0), 0);
+  for (std::uint8_t i = 1; i <= 200; ++i) {
+    if (i % 2 == 0) damages.push_back(writer.size() + 24);
+    expected.push_back(i % 2 == 0 ? Bytes(8, 0) : record(i));
+    writer.add_frame(record(i), i * 10);
+    ASSERT_EQ(writer.flush(), 0);
+  }
+  ASSERT_EQ(writer.end(), 0);
+  Bytes bad = content();
+  for (const std::uint64_t at : damages) bad[at] ^= 1;
+  EXPECT_EQ(read(bad).items, expected);
+  fs::resize_file(path(), 500'000'000);
+  const Read read = this->read();
+  EXPECT_EQ(read.end, End::damaged);
+  EXPECT_EQ(read.items, expected);
+}
+
 TEST_F(RecordingTest, OtherFilesAndOtherFormatsAreRefusedByName) {
   std::ofstream(path()) << "{\"lss\": \"log\"}\n";
   EXPECT_THAT(RecordingReader::open(path()).error(), testing::HasSubstr("is no recording"));
