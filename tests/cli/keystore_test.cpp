@@ -190,6 +190,16 @@ TEST_F(Revocation, ANameRevokedByItsFileIsAddedAgainOnlyWithTheRoleThatIsBesideT
   EXPECT_EQ(failure_of([&] { add("bob", DdsRole::command); }), "");
 }
 
+TEST_F(Revocation, PermissionsOfAnotherNameBesideTheFileDoNotTellItsRole) {
+  const fs::path bob = add("bob", DdsRole::look), eve = add("eve", DdsRole::command);
+  const fs::path file = bob / "eve.pem";
+  fs::copy_file(eve / dds::kCertificate, file);
+  fs::remove_all(eve);
+  revoke_enclave(store_, "", file);
+  EXPECT_THAT(failure_of([&] { add("eve", DdsRole::look); }),
+              HasSubstr("had a role that this keystore does not know"));
+}
+
 TEST_F(Revocation, AnEnclaveWhoseCertificateWasRevokedByACopyIsRevokedByItsName) {
   const fs::path bob = add("bob", DdsRole::command);
   revoke_enclave(store_, "", stolen(bob));

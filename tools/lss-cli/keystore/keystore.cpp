@@ -314,11 +314,14 @@ std::string content_of(const fs::path& file) {
 }
 
 // What is left of an enclave: the certificate, and its permissions when they are beside the file.
-void keep_revoked(const fs::path& to, const fs::path& file, const std::string& certificate) {
+void keep_revoked(const fs::path& to, const fs::path& file, X509* certificate) {
   const std::string permissions = content_of(file.parent_path() / kPermissionsText);
+  const bool its =
+      permissions.find(fmt::format("<subject_name>CN={}</subject_name>",
+                                   dds::common_name(certificate))) != std::string::npos;
   make_folder(to, [&](const fs::path& root) {
-    write(root / dds::kCertificate, certificate, kPublic);
-    if (!permissions.empty()) write(root / kPermissionsText, permissions, kPublic);
+    write(root / dds::kCertificate, pem(certificate), kPublic);
+    if (its) write(root / kPermissionsText, permissions, kPublic);
   });
   sync_folder(to.parent_path());
 }
@@ -454,7 +457,7 @@ void revoke_enclave(const fs::path& keystore, const std::string& name,
                           : fs::path(dds::common_name(certificate.get())).filename();
   const fs::path to = away / (of.string() + "-" + serial_of(certificate.get()));
   if (!certificate_file.empty()) {
-    if (!fs::exists(to, error)) keep_revoked(to, file, pem(certificate.get()));
+    if (!fs::exists(to, error)) keep_revoked(to, file, certificate.get());
   } else {
     fs::remove_all(to, error);  // its certificate was revoked by a copy
     if (::rename(folder.c_str(), to.c_str()) != 0) fail(to, std::strerror(errno));
