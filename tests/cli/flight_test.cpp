@@ -359,6 +359,10 @@ TEST_F(FlightLog, OneBitThatIsFlippedAnywhereIsToldAndWhatIsWholeIsShown) {
   EXPECT_EQ(json::parse(shown.out)["frames"].size(), 8u);
   EXPECT_THAT(shown.err, HasSubstr("damaged in the chunk that begins at byte"));
   EXPECT_THAT(shown.err, HasSubstr("chunks that are missing: 1; what is whole is read"));
+  const Ended lost = run({"log", "show", path_, "--frame", "110"});
+  EXPECT_EQ(lost.code, 6);
+  EXPECT_THAT(lost.err, AllOf(HasSubstr("damaged in the chunk that begins at byte"),
+                              HasSubstr("no frame of this range is in what is whole")));
   const Ended listed = run({"--json", "log", "list", path_});
   EXPECT_EQ(listed.code, 6);
   EXPECT_EQ(json::parse(listed.out)["end"], "damaged");

@@ -205,6 +205,10 @@ void Flight::refuse_emptiness(const Part& part) const {
     throw Failure(ExitCode::usage, "no frame is in " + path_,
                   "was the daemon stopped at once? See: lss-cli log list " + path_);
   }
+  if (end_ == End::damaged) {
+    throw Failure(ExitCode::failed, fmt::format("{} is {}", path_, trouble_),
+                  "take another copy of the file: no frame of this range is in what is whole");
+  }
   const std::string there = fmt::format("it has frames {} to {}, from 0 to {:.3f} s", first_.number,
                                         last_.number, last_.t_s);
   if (part.frames.one())
