@@ -28,13 +28,19 @@ constexpr double kMostRoll_Nm = 4;
 constexpr double kMostTilt_Nm = 7;
 constexpr double kLearnFresh = 0.5;
 constexpr double kLearn = 0.1;
-constexpr double kLearnFailed = 0.3;
-constexpr double kLeastPart = 0.3;  // of the first frame, in which a failure may be
+constexpr double kLearnFailed = 0.3;  // less the less a frame tells
+constexpr double kLeastPart = 0.3;    // of the first frame, in which a failure may be
 constexpr double kWholeOpen = 0.88, kWholeLeast = 0.7, kWholeMost = 1.2;
 constexpr int kBlindFrames = 2;     // after a verdict, until orders follow it
 constexpr int kUnheardFrames = 7;   // and until fans that slowed down are back at their speed
 constexpr double kSlow_rpm = 1500;  // below its expected speed
 constexpr double kRuns_rpm = 6000;  // expected: slower ones are not judged
+
+WrenchB least_variance() noexcept {
+  WrenchB sigma;
+  sigma << kSigmaLift_N, kSigmaSide_N, kSigmaRoll_Nm, kSigmaTilt_Nm, kSigmaTilt_Nm;
+  return sigma.cwiseAbs2();
+}
 
 double mean_square(double from, double to) noexcept {
   return (from * from + from * to + to * to) / 3;
@@ -81,8 +87,6 @@ WrenchB ActuatorWatch::explained(const WatchFrame& f) const noexcept {
 }
 
 WrenchB ActuatorWatch::variance(const WatchFrame& f, const WrenchB& explained) const noexcept {
-  WrenchB sigma;
-  sigma << kSigmaLift_N, kSigmaSide_N, kSigmaRoll_Nm, kSigmaTilt_Nm, kSigmaTilt_Nm;
   WrenchB open = WrenchB::Zero();
   for (std::size_t i = 0; i < kValves; ++i) {
     open += effect_.col(static_cast<Eigen::Index>(i)).cwiseAbs() * parameters_.thrusters.force_N *
@@ -91,7 +95,7 @@ WrenchB ActuatorWatch::variance(const WatchFrame& f, const WrenchB& explained) c
   WrenchB share = (explained + unexplained_).cwiseAbs() * kSigmaShare;
   share[kLiftRow] = 0;  // the mass is known better
   share[kSideRow] *= 0.3;
-  return sigma.cwiseAbs2() + share.cwiseAbs2() + (kSigmaOpen * open).cwiseAbs2();
+  return least_variance() + share.cwiseAbs2() + (kSigmaOpen * open).cwiseAbs2();
 }
 
 void ActuatorWatch::condemn(std::size_t actuator, Health health, double measured,
@@ -148,10 +152,13 @@ void ActuatorWatch::step(const WatchFrame& f) noexcept {
   }
   if (verdict_.health != Health::good) return;
   if (score_ >= kSuspect && !f.fresh) return;
-  const double learn = f.fresh ? kLearnFresh : good() ? kLearn : kLearnFailed;
+  WrenchB learn = WrenchB::Constant(f.fresh ? kLearnFresh : kLearn);
+  // By a failure it turns fast: by how much it turns faster than expected is no push that lasts.
+  if (!f.fresh && !good())
+    learn = kLearnFailed * least_variance().cwiseQuotient(variance(f, known));
   WrenchB most;
   most << kMostLift_N, kMostSide_N, kMostRoll_Nm, kMostTilt_Nm, kMostTilt_Nm;
-  unexplained_ = (unexplained_ + learn * odd).cwiseMax(-most).cwiseMin(most);
+  unexplained_ = (unexplained_ + learn.cwiseProduct(odd)).cwiseMax(-most).cwiseMin(most);
 }
 
 void ActuatorWatch::judge(const WatchFrame& f, const WrenchB& odd,
