@@ -15,6 +15,10 @@ class App {
  public:
   virtual ~App() = default;
 
+  // What of the configuration the vehicle cannot run with, and what to do; "": nothing. Before
+  // start().
+  virtual std::string wrong_configuration() const = 0;
+
   // DDS first, then memory, then the real-time threads. The error says what to do.
   virtual tl::expected<void, std::string> start() = 0;
   // Sends the safe command, then ends all threads. Bounded.

@@ -187,6 +187,10 @@ int run(const Options& options, const sigset_t& signals) {
   spdlog::set_level(static_cast<spdlog::level::level_enum>(config->log_level));
 
   const std::unique_ptr<lss::App> app = make(*config);
+  if (const std::string wrong = app->wrong_configuration(); !wrong.empty()) {
+    spdlog::critical("the configuration has errors:\n{}", wrong);
+    return kExitConfig;
+  }
   if (auto ok = app->start(); !ok) {
     spdlog::critical("{}", ok.error());
     return kExitFailure;

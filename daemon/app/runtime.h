@@ -14,7 +14,8 @@
 //   Frames, frames() -> Frames&: decides when frames begin, started by start(epoch); default: the
 //   clock,
 //   actuation(): what the actuate thread does between releases (NoWork in daemon/runtime/frames.h);
-//   then also release(Command, Boundary).
+//   then also release(Command, Boundary),
+//   wrong_configuration(): as of App.
 // The vehicle's structs are described for records in daemon/vehicles/NAME/record.h.
 
 #include <algorithm>
@@ -103,6 +104,14 @@ class Runtime final : public App {
     publisher_.parameters(report_of(start, logic.tunables, vehicle_.tunables()), std::move(told));
   }
   ~Runtime() override { stop(); }
+
+  std::string wrong_configuration() const override {
+    if constexpr (requires { buses_.wrong_configuration(); }) {
+      return buses_.wrong_configuration();
+    } else {
+      return "";
+    }
+  }
 
   tl::expected<void, std::string> start() override {
     if (auto ok = buses_.probe(); !ok) return ok;

@@ -20,12 +20,13 @@ START, STOP, DATA, SET, WALK = 1, 2, 6, 9, 104
 class BadConfiguration(Scenario):
     IN_LOCKSTEP = True
 
-    def refuse(self, path, limit_s=10, domain=None):
-        """Message of lssd when it does not start."""
+    def refuse(self, path, limit_s=10, domain=None, code=None):
+        """Message of lssd when it does not start; code 78: systemd does not start it again."""
         result = run([DAEMON, "--config", path, "--run-dir", self.run_folder,
                       "--domain", str(domain or self.domain)], self.environment(), limit_s)
         self.assertNotEqual(result.code, 0, result)
         self.assertGreater(result.code, 0, f"not by a signal: {result}")
+        self.assertEqual(result.code, code or result.code, result)
         return result.out + result.err
 
     def test_every_error_of_a_configuration_is_reported_with_file_and_line(self):
@@ -51,14 +52,14 @@ class BadConfiguration(Scenario):
                 path = os.path.join(self.folder, "wrong.toml")
                 with open(path, "w", encoding="utf-8") as file:
                     file.write(text)
-                said = self.refuse(path)
+                said = self.refuse(path, code=78)
                 self.assertRegex(said, re.escape(path) + rf":{line}\b")
                 for word in words:
                     self.assertIn(word, said)
         self.assertIn("missing.toml", self.refuse(os.path.join(self.folder, "missing.toml")))
 
     def test_a_silent_obc_that_would_break_off_a_safe_stop_is_refused(self):
-        said = self.refuse(self.write_config(obc_timeout_s="5"), BOOT_S)
+        said = self.refuse(self.write_config(obc_timeout_s="5"), code=78)
         self.assertIn("[link] obc_timeout_s is 5: a silent OBC would break off a safe stop", said)
         self.assertIn("at least 10.2", said)
 

@@ -232,7 +232,7 @@ class Buses final : public kit::OnePort<Vehicle, RoverCanBus> {
   using Parameters = ardito::Parameters;
 
   Buses(const config::Config& config, const Parameters& parameters);
-  tl::expected<void, std::string> probe();  // of the period of frames, too
+  std::string wrong_configuration() const;  // its period of frames
 
  private:
   TimeNs period_ns_;

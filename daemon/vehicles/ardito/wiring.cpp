@@ -17,12 +17,11 @@ Buses::Buses(const config::Config& config, const Parameters& parameters)
               canopen::filters()),
       period_ns_(config.period_ns) {}
 
-tl::expected<void, std::string> Buses::probe() {
-  if (period_ns_ != kPeriod)
-    return tl::unexpected(
-        fmt::format("[frame] period_ms is {}: the mobility controller is made for frames of 100 ms",
-                    static_cast<double>(period_ns_) * 1e-6));
-  return OnePort::probe();
+std::string Buses::wrong_configuration() const {
+  if (period_ns_ == kPeriod) return "";
+  return fmt::format(
+      "[frame] period_ms is {}: the mobility controller is made for frames of 100 ms",
+      static_cast<double>(period_ns_) * 1e-6);
 }
 
 }  // namespace lss::ardito

@@ -113,20 +113,24 @@ SensorLine& Buses::imu_line() noexcept {
   return landmark_;
 }
 
-tl::expected<void, std::string> Buses::probe() {
-  if (!wrong_ports_.empty()) return tl::unexpected(wrong_ports_);
+std::string Buses::wrong_configuration() const {
+  if (!wrong_ports_.empty()) return wrong_ports_;
   if (packets(parameters_) * packet_period(parameters_) != period_ns_)
-    return tl::unexpected(
-        fmt::format("[frame] period_ms is {}: {} packets of this IMU make frames of {} ms",
-                    static_cast<double>(period_ns_) * 1e-6, packets(parameters_),
-                    static_cast<double>(packets(parameters_) * packet_period(parameters_)) * 1e-6));
+    return fmt::format(
+        "[frame] period_ms is {}: {} packets of this IMU make frames of {} ms",
+        static_cast<double>(period_ns_) * 1e-6, packets(parameters_),
+        static_cast<double>(packets(parameters_) * packet_period(parameters_)) * 1e-6);
   // A late frame is repeated once; the next one comes two periods after the last.
   const TimeNs fresh_ns = 2 * period_ns_ + offset_ns_ + std::min(parameters_.grace_ns, period_ns_);
   if (std::min(parameters_.can.stale_after_ns, parameters_.valves.stale_after_ns) < fresh_ns)
-    return tl::unexpected(
-        fmt::format("[talaris.bus] stale_ms must be at least {:.0f}: two frames, the offset and "
-                    "the grace, so that one late frame shuts nothing",
-                    std::ceil(static_cast<double>(fresh_ns) * 1e-6)));
+    return fmt::format(
+        "[talaris.bus] stale_ms must be at least {:.0f}: two frames, the offset and the grace, so "
+        "that one late frame shuts nothing",
+        std::ceil(static_cast<double>(fresh_ns) * 1e-6));
+  return "";
+}
+
+tl::expected<void, std::string> Buses::probe() {
   for (const auto& [there, line] : {std::pair{true, &imu_},
                                     {true, &altimeter_},
                                     {parameters_.has_standby, &standby_},

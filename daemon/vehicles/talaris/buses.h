@@ -67,7 +67,8 @@ class Buses {
 
   Buses(const config::Config& config, const BusesParameters& parameters);
 
-  // Start-up: an error of the configuration is reported; an absent port is waited for.
+  std::string wrong_configuration() const;  // "": nothing
+  // Start-up: a port of the wrong kind is an error; an absent one is waited for.
   tl::expected<void, std::string> probe();
   std::vector<std::pair<std::string, std::function<void()>>> bodies();
   std::vector<Progress> progress() const;

@@ -248,11 +248,11 @@ class Buses final : public kit::OnePort<Vehicle, LegSerialBus> {
 
   Buses(const config::Config& config, const Parameters& parameters);
 
-  // Start-up: also refuses a link that would break off a safe stop.
-  tl::expected<void, std::string> probe();
+  // A link that would break off a safe stop.
+  const std::string& wrong_configuration() const { return wrong_link_; }
 
  private:
-  std::string trouble_;  // "": none
+  std::string wrong_link_;
 };
 
 }  // namespace lss::zebro

@@ -29,8 +29,8 @@ SerialSettings settings(const config::Config& config) {
   return {.path = port.path, .baud = static_cast<int>(port.baud), .half_duplex = port.half_duplex};
 }
 
-// Of [link] with these times; "" when nothing is wrong.
-std::string link_trouble(const config::Config& config, const Parameters& parameters) {
+// What is wrong with [link] and these times, or "".
+std::string wrong_link(const config::Config& config, const Parameters& parameters) {
   if (check_stop(parameters) == nullptr) return "";
   const double least_s = safe_stop_s(parameters) + static_cast<double>(config.lease_min_ms) * 1e-3;
   return fmt::format(
@@ -43,12 +43,7 @@ std::string link_trouble(const config::Config& config, const Parameters& paramet
 
 Buses::Buses(const config::Config& config, const Parameters& parameters)
     : OnePort(legs_port(config), bus_parameters(config, parameters.bus), settings(config)),
-      trouble_(link_trouble(config, parameters)) {}
-
-tl::expected<void, std::string> Buses::probe() {
-  if (!trouble_.empty()) return tl::unexpected(trouble_);
-  return OnePort::probe();
-}
+      wrong_link_(wrong_link(config, parameters)) {}
 
 }  // namespace lss::zebro
 

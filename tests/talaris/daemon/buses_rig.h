@@ -225,6 +225,7 @@ class Rig {
   void start(Compute compute) {
     compute_ = std::move(compute);
     buses = std::make_unique<Buses>(config, parameters);
+    ASSERT_EQ(buses->wrong_configuration(), "");
     ASSERT_TRUE(buses->probe());
     engine_ = std::make_unique<Engine>(buses->frames(),
                                        FrameParameters{.period_ns = config.period_ns,
