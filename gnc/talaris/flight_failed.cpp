@@ -20,13 +20,6 @@ constexpr double kSoft_m_s = 0.25;
 constexpr double kFaster_1_s = 0.4;
 constexpr double kFastest_m_s = 1.0;
 constexpr double kBlind_m_s = 0.4;
-// Near the ground, where it would turn over, it comes down slower or not while it moves sideways:
-// so fast, by how much slower for each m/s more, at most, and for how long in all.
-constexpr double kSlideBelow_m = 1;
-constexpr double kSlide_m_s = 0.5;
-constexpr double kSlower = 0.6;
-constexpr double kMostSlower_m_s = 0.6;
-constexpr double kLongestStop_s = 4;
 constexpr double kSpeed_1_s = 1.8;
 constexpr double kMostDown_m_s2 = 3;
 constexpr double kMostUp_m_s2 = 4;
@@ -121,17 +114,9 @@ void Flight::act_allocated(const FlightInputs& inputs, FlightOutput& output) noe
   // where to
   const Vector3 v = state_.velocity_N_m_s;
   const bool high = std::isfinite(height_m_);
-  double speed_m_s =
+  const double speed_m_s =
       high ? -std::min(kSoft_m_s + kFaster_1_s * std::max(height_m_, 0.0), kFastest_m_s)
            : -kBlind_m_s;
-  // without a fan the gas does not last for that
-  const bool carried = std::all_of(health.begin() + kValves, health.end(),
-                                   [](Health each) { return each == Health::good; });
-  const double slides_m_s = math::hypot(v.y(), v.z()) - kSlide_m_s;
-  if (carried && height_m_ < kSlideBelow_m && slides_m_s > 0 && waited_s_ < kLongestStop_s) {
-    waited_s_ += kFrame_s;
-    speed_m_s += std::min(kSlower * slides_m_s, kMostSlower_m_s);
-  }
   const double climb = std::isfinite(climb_m_s_) ? climb_m_s_ : 0;
   const double up_m_s2 =
       std::clamp(kSpeed_1_s * (speed_m_s - climb), -kMostDown_m_s2, kMostUp_m_s2);
