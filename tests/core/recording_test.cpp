@@ -374,6 +374,8 @@ TEST_F(HostileRecording, AChunkThatIsTooLargeIsDamage) {
   ASSERT_TRUE(reader);
   Item kind;
   std::span<const std::uint8_t> item;
+  ASSERT_TRUE(reader->next(kind, item));
+  EXPECT_EQ(kind, Item::lost);
   EXPECT_FALSE(reader->next(kind, item));
   EXPECT_EQ(reader->end(), End::damaged);
   EXPECT_THAT(reader->trouble(), testing::HasSubstr("at most 16000000 are read"));
