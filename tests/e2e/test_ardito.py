@@ -172,8 +172,8 @@ class Ardito(Rover):
         self.start_sim("--fault", "0s:node-silent:0x21", "--fault", "0s:wrong-device-type:0x02",
                        "--fault", "0s:sdo-abort:0x11")
         self.start_daemon()
-        status = self.wait_status(lambda s: {FAULT["node_wrong"], FAULT["node_refuses"]} <= self.fault_ids(s), 30,
-                                  "both are reported")
+        status = self.wait_status(lambda s: {FAULT["node_wrong"], FAULT["node_refuses"]} <= self.fault_ids(s)
+                                  and s["telemetry"]["nodes"], 30, "both are reported")
         links = {n["name"]: n["link"] for n in status["telemetry"]["nodes"]}
         self.assertEqual(links["RF"], "wrong")
         self.assertIn(links["steer-LF"], ("refuses", "booting", "configuring", "identifying"))

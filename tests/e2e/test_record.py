@@ -286,7 +286,7 @@ class Ardito(Recorded, Rover):
 
     def test_a_drive_is_replayed_to_the_bit_also_from_the_middle(self):
         daemon = self.start_all(beacon_s="1.5")
-        client = self.begin_cli("drive", "0.3", "--for", "6s", name="drive")
+        client = self.begin_cli("drive", "0.3", "--for", "20s", name="drive")  # of the wall clock: simulated time may be slow
         self.wait_status(lambda s: s["mode"] == "Running", 60, "it drives", client)
         frames = self.replayed_from_the_middle(daemon, client)
         self.assertGreater(frames[-1]["telemetry"]["distance_m"], 0.3)
