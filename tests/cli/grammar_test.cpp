@@ -42,15 +42,16 @@ TEST(Grammar, AVerbAsParameterIsTheParameter) {
   EXPECT_TRUE(Grammar(Grammar::Scope::program).parse({"start", "walk"}));
 }
 
+Failure refusal(const Words& words) {
+  try {
+    Grammar(Grammar::Scope::program).parse(words);
+  } catch (const Failure& e) {
+    return e;
+  }
+  return Failure(ExitCode::completed, "was taken");
+}
+
 TEST(Grammar, WrongLinesHaveTheirExitCodeAndASuggestion) {
-  const auto refusal = [](const Words& words) {
-    try {
-      Grammar(Grammar::Scope::program).parse(words);
-    } catch (const Failure& e) {
-      return e;
-    }
-    return Failure(ExitCode::completed, "was taken");
-  };
   EXPECT_EQ(refusal({"wlak"}).code(), ExitCode::unknown_name);
   EXPECT_THAT(refusal({"wlak"}).advice(), HasSubstr("walk"));
   EXPECT_EQ(refusal({"wlak", "--help"}).code(), ExitCode::unknown_name);
@@ -66,14 +67,6 @@ TEST(Grammar, WrongLinesHaveTheirExitCodeAndASuggestion) {
 }
 
 TEST(Grammar, WhatIsMissingIsSaidWithItsMeaning) {
-  const auto refusal = [](const Words& words) {
-    try {
-      Grammar(Grammar::Scope::program).parse(words);
-    } catch (const Failure& e) {
-      return e;
-    }
-    return Failure(ExitCode::completed, "was taken");
-  };
   EXPECT_STREQ(refusal({"param"}).what(),
                "param needs one more word: get, set, diff, save or reset");
   EXPECT_STREQ(refusal({"keystore", "create"}).what(),

@@ -1,4 +1,4 @@
-// The fleet that clients are told of: vehicles that come and go, large fleets, invented names.
+// The fleet that clients see: vehicles that come and go, large fleets, invented names.
 
 #include <algorithm>
 #include <set>
