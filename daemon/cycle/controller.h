@@ -151,6 +151,11 @@ constexpr Row off(Event event, ModeSet from, std::uint8_t goal) {
 constexpr Row stay(Event event, StateSet from, ModeSet modes, GuardSet guards, ActionSet actions) {
   return {event, from, modes, guards, kKeep, State::idle, kKeep, kKeep, actions};
 }
+// A stop breaks error solving off: everything gets an emergency stop, and the errors stay.
+constexpr Row break_off(Event event) {
+  return {
+      event, kSolving, kAnyMode, 0, kKeep, State::fatal_error, 0, 0, kEmergencyStop | kEndSolve};
+}
 // Only the goal changes: the running motion goes on towards another one.
 template <class Goal>
 constexpr Row aim(Event event, ModeSet from, GuardSet guards, Goal goal, ActionSet actions) {

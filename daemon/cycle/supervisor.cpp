@@ -281,14 +281,16 @@ void Supervisor::follow(const lc::ControllerState& before) noexcept {
     state_.authority = {};
   }
   if (state_.active.kind == 0) return;
-  if (logic_.reached(state_.active.kind, state_)) {
+  const bool stop = state_.active.kind == kind_of(CommandKind::stop);
+  const bool unsolved = now.state == State::fatal_error && before.state == State::solve_errors;
+  // A stop that breaks error solving off has stopped everything.
+  if (logic_.reached(state_.active.kind, state_) || (unsolved && stop)) {
     finish(Phase::completed);
-  } else if (now.state == State::fatal_error && before.state == State::solve_errors) {
+  } else if (unsolved) {
     finish(Phase::failed, Reason::not_solved);
   } else if (now.state == State::fatal_error) {
     finish(Phase::failed, Reason::emergency);
-  } else if (now.state == State::idle && before.state == State::operational &&
-             state_.active.kind != kind_of(CommandKind::stop)) {
+  } else if (now.state == State::idle && before.state == State::operational && !stop) {
     finish(Phase::superseded, Reason::superseded);
   }
 }

@@ -6,7 +6,7 @@
 namespace lss::scout {
 namespace {
 
-using lc::in_mode, lc::off, lc::stay;
+using lc::break_off, lc::in_mode, lc::off, lc::stay;
 using lc::kIdle, lc::kKeep, lc::kOperational;
 
 constexpr std::uint8_t m(Mode mode) { return static_cast<std::uint8_t>(mode); }
@@ -27,6 +27,7 @@ constexpr std::array kRows = {
     stay(event::stop, kIdle, lc::kAnyMode, 0, 0),
     off(event::stop, kRests, kKeep),
     slow_down(event::stop, kMoves, 0, 0),
+    break_off(event::stop),
     lc::Row{event::drive, kOperational, in_mode(Mode::ready) | kMoves, 0, kKeep, State::operational,
             m(Mode::driving), 0, lc::ActionSet{kDrive} | lc::kTakeAuthority},
     off(lc::Event::lease_expired, kRests, kKeep),

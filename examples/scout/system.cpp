@@ -36,8 +36,11 @@ constexpr std::array kOwnContracts = {
     lease_expired_contract<slows_down>(),
     Contract{"start", event::start, [](S s, unsigned) { return can_start(s); },
              [](T t) { return to(t, Mode::enabling) && held_after(t); }},
-    Contract{"stop", event::stop, [](S s, unsigned) { return idle(s) || operational(s); },
-             [](T t) { return idle(t.before) ? keeps(t) : slows_down(t); }},
+    Contract{"stop", event::stop, [](S s, unsigned) { return !fatal(s); },
+             [](T t) {
+               if (solving(t.before)) return breaks_off(t);
+               return idle(t.before) ? keeps(t) : slows_down(t);
+             }},
     Contract{"drive", event::drive,
              [](S s, unsigned) { return in_mode(s, Mode::ready) || moves(s); },
              [](T t) { return to(t, Mode::driving) && does(t, kDrive) && held_after(t); }},

@@ -83,12 +83,21 @@ TYPED_TEST_P(SafetyStops, AStopEndsIdleAndSafeEverywhere) {
       if (choice) stop.parameter[0] = other ? 0 : 1;
       const std::uint64_t sequence = w->put(stop);
       w->step();
-      if (place.state == State::fatal_error || place.state == State::solve_errors) {
+      if (place.state == State::fatal_error) {
         EXPECT_NE(w->answer(CommandKind::stop, Phase::rejected), nullptr) << "it is stopped";
         EXPECT_TRUE(safe<T>(*w));
         continue;
       }
       const auto completed = [&] { return w->answer(CommandKind::stop, Phase::completed); };
+      if (place.state == State::solve_errors) {
+        EXPECT_EQ(w->state(), State::fatal_error);
+        EXPECT_TRUE(stopped<T>(*w)) << "in the frame that got it";
+        EXPECT_NE(w->answer(CommandKind::solve, Phase::superseded), nullptr);
+        EXPECT_NE(completed(), nullptr);
+        EXPECT_NE(w->supervisor_.state().fault_count, 0u) << "they are not solved";
+        EXPECT_TRUE(stays_stopped<T>(*w, 1));
+        continue;
+      }
       ASSERT_TRUE(w->run_until([&] { return w->state() == State::idle && completed() != nullptr; },
                                T::kRest_s))
           << where<T>(*w);

@@ -82,6 +82,7 @@ inline bool next_strategy(T t) {
   return solving(t.result.next) && t.result.next.strategy == t.before.strategy + 1 &&
          stops_motors(t.result.actions);
 }
+inline bool breaks_off(T t) { return emergency(t) && does(t, kEndSolve); }
 inline bool one_of(Event event, std::initializer_list<Event> events) {
   for (const Event e : events) {
     if (e == event) return true;
@@ -289,18 +290,23 @@ constexpr Duty stop_at_rest(const std::array<Event, 4>& events) {
           [](S s, const Happening&) { return idle(s); },
           [](T t) { return keeps(t) && starts_nothing(t); }};
 }
+// Only FatalError, where nothing moves, takes no stop.
+constexpr Duty stop_while_solving(const std::array<Event, 4>& events) {
+  return {"stop breaks error solving off and stops everything, with faults where they were",
+          "Func-2", events, [](S s, const Happening&) { return solving(s); }, breaks_off};
+}
 
 inline constexpr std::array kDuties = {
     Duty{"an emergency stop is obeyed in every state",
          "Oper-5",
          {Event::emergency_stop},
          any_state,
-         [](T t) { return emergency(t) && does(t, kEndSolve); }},
+         breaks_off},
     Duty{"a fatal fault is an emergency in every state",
          "Oper-5",
          {Event::emergency},
          any_state,
-         [](T t) { return fatal(t.before) ? keeps(t) : emergency(t) && does(t, kEndSolve); }},
+         [](T t) { return fatal(t.before) ? keeps(t) : breaks_off(t); }},
     Duty{"what is lost is remembered, stops what operates, and begins nothing",
          "O-Int-2",
          {Event::module_silent, Event::port_closed, Event::obc_silent},
@@ -381,8 +387,7 @@ inline constexpr std::array kDuties = {
 // ---- events
 
 inline constexpr std::array kContracts = {
-    Contract{"emergency stop", Event::emergency_stop, always,
-             [](T t) { return emergency(t) && does(t, kEndSolve); }},
+    Contract{"emergency stop", Event::emergency_stop, always, breaks_off},
     Contract{"fatal fault", Event::emergency, always,
              [](T t) { return fatal(t.before) ? keeps(t) : emergency(t); }},
     Contract{"solve", Event::solve, [](S s, unsigned) { return fatal(s); },

@@ -11,7 +11,7 @@
 namespace lss::ardito {
 namespace {
 
-using lc::aim, lc::off, lc::in_mode;
+using lc::aim, lc::break_off, lc::off, lc::in_mode;
 using lc::kIdle, lc::kOperational, lc::kFatal, lc::kSolving, lc::kKeep;
 using lc::Row;
 
@@ -118,6 +118,7 @@ constexpr std::array kRows = {
     stay(event::stop, kIdle, 0),
     off(event::stop, kWarning | kStopped, kKeep),
     aim(event::stop, kMoving, 0, Goal::idle, lc::ActionSet{kHalt} | kByHand),
+    break_off(event::stop),
 
     aim(event::drive, kReady, kMotors, Goal::drive,
         lc::ActionSet{kDrive} | kByHand | lc::kTakeAuthority),

@@ -9,7 +9,7 @@
 namespace lss::talaris {
 namespace {
 
-using lc::in_mode, lc::off, lc::stay;
+using lc::break_off, lc::in_mode, lc::off, lc::stay;
 using lc::kIdle, lc::kOperational, lc::kKeep;
 using lc::Row;
 
@@ -95,6 +95,7 @@ constexpr std::array kRows = {
     off(event::stop, kGround, kKeep),
     off(event::stop, kInExecute, g(Goal::none)),
     aim(event::stop, kKeep, 0, Goal::idle, kLand),
+    break_off(event::stop),
 
     stay(event::manual, kOperational, kInManual, 0, kTake),
     go(event::manual, kInDuty, 0, Mode::manual, kTake | kShut),

@@ -13,7 +13,7 @@
 namespace lss::zebro {
 namespace {
 
-using lc::aim, lc::off, lc::in_mode;
+using lc::aim, lc::break_off, lc::off, lc::in_mode;
 using lc::kIdle, lc::kOperational, lc::kSolving, lc::kContact, lc::kKeep;
 using lc::Row;
 
@@ -182,6 +182,7 @@ constexpr std::array kRows = {
     off(event::stop, kAtRest | kStanding, kKeep),
     move(event::stop, kWalking, 0, Mode::finishing_step, Goal::idle, kFinishStep),
     aim(event::stop, kStandingUp | kFinishing | kLyingDown | kStowing, 0, Goal::idle, 0),
+    break_off(event::stop),
 
     in_state(kIdle, event::stop_lay_down, 0, kPanelStop),
     off(event::stop_lay_down, kHolding | kLying | kStowed, kKeep),
@@ -190,6 +191,7 @@ constexpr std::array kRows = {
     move(event::stop_lay_down, kWalking, 0, Mode::finishing_step, Goal::lie_idle, kFinishStep),
     aim(event::stop_lay_down, kFinishing, 0, Goal::lie_idle, 0),
     aim(event::stop_lay_down, kLyingDown | kStowing, 0, Goal::idle, 0),
+    break_off(event::stop_lay_down),
 
     off(lc::Event::lease_expired, kHolding | kLying | kStowed, kKeep),
     move(lc::Event::lease_expired, kStandingUp | kStanding | kBridge, 0, Mode::lying_down,

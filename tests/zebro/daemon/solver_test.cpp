@@ -183,6 +183,26 @@ TEST(Solver, LegsAreIsolatedTogetherOrNotAtAll) {
   EXPECT_EQ(isolated(w), 0);
 }
 
+// [Func-2]
+TEST(Solver, AStopEndsTheMovementOfALegInItsFrame) {
+  for (const double lay_down : {0.0, 1.0}) {
+    World w;
+    ASSERT_NO_FATAL_FAILURE(trip(w, 3, kFlagOverCurrent));
+    w.send(lss::CommandKind::solve);
+    ASSERT_TRUE(w.run_until([&] { return (w.modules[3].flags & kFlagMoving) != 0; }, 60));
+    ASSERT_EQ(w.state(), State::solve_errors);
+    w.send(lss::CommandKind::stop, {lay_down}, "another");
+    w.step();
+    EXPECT_EQ(w.state(), State::fatal_error);
+    EXPECT_TRUE(w.all_stopped());
+    EXPECT_FALSE(w.modules[3].flags & kFlagMoving);
+    EXPECT_NE(w.answer(lss::CommandKind::stop, Phase::completed), nullptr);
+    EXPECT_NE(w.answer(lss::CommandKind::solve, Phase::superseded), nullptr);
+    EXPECT_TRUE(w.has(FaultId::module_over_current, 4)) << "it is not solved";
+    EXPECT_TRUE(w.solve(90)) << "from the beginning";
+  }
+}
+
 TEST(Solver, ABlockedLegIsMovedFreeAndNoOtherMoves) {
   World w;
   ASSERT_NO_FATAL_FAILURE(trip(w, 3, kFlagOverCurrent));

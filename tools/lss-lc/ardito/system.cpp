@@ -105,10 +105,13 @@ constexpr std::array kOwnStates = {
                     return (s.isolated & ~kWheelMask) == 0 &&
                            std::popcount(s.isolated) <= static_cast<int>(kMostIsolated);
                   }},
-    // An accepted stop or drive would be a promise: its end is Idle, or motion (commands).
-    StateProperty{"before errors are solved none of the rover's own commands is taken", "Oper-6",
+    // An accepted drive would be a promise: its end is motion (commands).
+    StateProperty{"before errors are solved none of the rover's own commands is taken but a stop "
+                  "of what solves them",
+                  "Oper-6",
                   [](const lc::Table& table, S s) {
-                    return (!fatal(s) && !solving(s)) || refuses_for_its_state(table, s, {});
+                    if (fatal(s)) return refuses_for_its_state(table, s, {});
+                    return !solving(s) || refuses_for_its_state(table, s, {event::stop});
                   }},
     // The advice of a refusal is what the operator does next: start, or wait for the lamp.
     StateProperty{"motion is refused at rest because of the state, before the lamp ran because of "
@@ -240,6 +243,7 @@ constexpr std::array kOwnDuties = {
          [](S s, const Happening&) { return operational(s); },
          [](T t) { return comes_to_rest(t) && !has(t.result.next, kAutonomous); }},
     stop_at_rest({event::stop}),
+    stop_while_solving({event::stop}),
     Duty{
         "without the heartbeat of who commands it comes to a safe stop",
         "O-Int-2",
@@ -349,8 +353,11 @@ constexpr std::array kOwnContracts = {
              [](T t) {
                return to(t, Mode::warning) && goal(t.result.next) == Goal::none && held_after(t);
              }},
-    Contract{"stop", event::stop, [](S s, unsigned) { return idle(s) || operational(s); },
-             [](T t) { return idle(t.before) ? keeps(t) : comes_to_rest(t); }},
+    Contract{"stop", event::stop, [](S s, unsigned) { return !fatal(s); },
+             [](T t) {
+               if (solving(t.before)) return breaks_off(t);
+               return idle(t.before) ? keeps(t) : comes_to_rest(t);
+             }},
     Contract{"drive", event::drive, [](S s, unsigned) { return ready(s) && confirmed(s); },
              [](T t) { return aims(t, Goal::drive, kDrive) && !has(t.result.next, kAutonomous); }},
     Contract{"drive autonomous", event::drive_autonomous,

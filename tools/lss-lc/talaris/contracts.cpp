@@ -37,8 +37,11 @@ constexpr std::array kOwn = {
 
     Contract{"start", event::start, [](S s, unsigned) { return can_start(s); },
              [](T t) { return to(t, Mode::manual) && takes(t, kShut); }},
-    Contract{"stop", event::stop, [](S s, unsigned) { return idle(s) || operational(s); },
-             [](T t) { return idle(t.before) ? keeps(t) : comes_to_rest(t); }},
+    Contract{"stop", event::stop, [](S s, unsigned) { return !fatal(s); },
+             [](T t) {
+               if (solving(t.before)) return breaks_off(t);
+               return idle(t.before) ? keeps(t) : comes_to_rest(t);
+             }},
     changes<Mode::manual>("manual", event::manual),
     changes<Mode::duty_cycle>("duty cycle", event::duty_cycle),
     changes<Mode::standby>("standby", event::standby),

@@ -50,9 +50,12 @@ constexpr std::array kOwnStates = {
                     return r.row >= 0 && fatal(r.next) && r.next.mode == 0 &&
                            (r.actions & lc::kEmergencyStop) != 0;
                   }},
-    StateProperty{"no command of the vehicle's own is taken until errors are solved", "A.5.3",
+    StateProperty{"until errors are solved no command of the vehicle's own is taken but a stop of "
+                  "what solves them",
+                  "A.5.3",
                   [](const lc::Table& table, S s) {
-                    return (!fatal(s) && !solving(s)) || refuses_for_its_state(table, s, {});
+                    if (fatal(s)) return refuses_for_its_state(table, s, {});
+                    return !solving(s) || refuses_for_its_state(table, s, {event::stop});
                   }},
     // The advice of a refusal is what the operator does next: start.
     StateProperty{"in Idle nothing acts and no mode is chosen, because of the state", "operators",
@@ -326,6 +329,7 @@ constexpr std::array kOwnDuties = {
          [](S s, const Happening&) { return operational(s); },
          comes_to_rest},
     stop_at_rest({event::stop}),
+    stop_while_solving({event::stop}),
     Duty{"without the heartbeat of who commands it comes to rest, from the air by a landing",
          "O-Int-2",
          {Event::lease_expired},

@@ -48,16 +48,17 @@ constexpr std::array kOwnContracts = {
     starts<Goal::none>("start", event::start),
     starts<Goal::stand>("start, then stand", event::start_stand),
     starts<Goal::walk>("start, then walk", event::start_walk),
-    Contract{"stop", event::stop, [](S s, unsigned) { return idle(s) || operational(s); },
+    Contract{"stop", event::stop, [](S s, unsigned) { return !fatal(s); },
              [](T t) {
+               if (solving(t.before)) return breaks_off(t);
                return idle(t.before) ? panel_stopped(t)
                       : holds_still(t.before)
                           ? idle(t.result.next)
                           : stops(t.result.next) && goal(t.result.next) == Goal::idle;
              }},
-    Contract{"stop lying down", event::stop_lay_down,
-             [](S s, unsigned) { return idle(s) || operational(s); },
+    Contract{"stop lying down", event::stop_lay_down, [](S s, unsigned) { return !fatal(s); },
              [](T t) {
+               if (solving(t.before)) return breaks_off(t);
                if (idle(t.before)) return panel_stopped(t);
                if (in_mode(t.before, {Mode::holding, Mode::lying, Mode::stowed}))
                  return idle(t.result.next);

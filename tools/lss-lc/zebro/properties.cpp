@@ -253,6 +253,7 @@ constexpr std::array kOwnDuties = {
          {event::stop, event::stop_lay_down},
          [](S s, const Happening&) { return idle(s); },
          panel_stopped},
+    stop_while_solving({event::stop, event::stop_lay_down}),
     Duty{"without the heartbeat of who commands it comes to a safe stop, lying",
          "O-Int-2",
          {Event::lease_expired},
