@@ -231,6 +231,11 @@ tl::expected<Enclave, std::string> read_enclave(const fs::path& folder,
   return enclave;
 }
 
+bool is_wrong_enclave(const fs::path& folder) {
+  constexpr std::chrono::days kAnyClock{100'000};
+  return !folder.empty() && !read_enclave(folder, kAnyClock);
+}
+
 tl::expected<void, std::string> use_enclave(dds_qos_t* qos, const Enclave& enclave) {
   const auto file = [&](const char* name) { return "file:" + (enclave.folder / name).string(); };
   put(qos, "dds.sec.auth.identity_ca", file(kIdentityCa));

@@ -44,6 +44,10 @@ struct Enclave {
 tl::expected<Enclave, std::string> read_enclave(const std::filesystem::path& folder,
                                                 std::chrono::days clock_slack = {});
 
+// Whether the enclave is refused for another reason than a clock that is late, so that another
+// start does not help. For a process that ends then; "": no enclave.
+bool is_wrong_enclave(const std::filesystem::path& folder);
+
 // CN of the subject; empty: it has none.
 std::string common_name(const x509_st* certificate);
 

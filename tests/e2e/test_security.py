@@ -211,6 +211,10 @@ class Security(Enclaves, Scenario):
         refused = self.start_daemon(self.secured(), wait=False, **late)
         self.assertNotEqual(refused.wait(BOOT_S), 0)
         self.assertIn("dds.security.clock_slack_days", refused.err() + refused.out())
+        for program, *words in (["lss-ground", "--listen", "127.0.0.1:0"], ["lss-ros", "--ros-domain", str(self.domain)]):
+            early = run([os.path.join(self.TOOLS, program), *words, "--enclave", self.enclave("pilot")],
+                        {**self.environment(), **late}, BOOT_S)
+            self.assertEqual(early.code, 1, f"systemd starts it again, until the clock is set: {early}")
         daemon = self.start_daemon(self.secured(clock_slack_days="1001"), **late)
         self.wait_log(daemon, "expired certificates are accepted")
         self.cli_ok("stop", "--dry-run")

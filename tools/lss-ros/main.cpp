@@ -5,7 +5,9 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <optional>
+#include <utility>
 
+#include "idl/security.h"
 #include "tools/lss-cli/show/failure.h"
 #include "tools/lss-ros/bridge.h"
 
@@ -57,8 +59,10 @@ void add_options(CLI::App& app, Wanted& wanted) {
 using Participant = std::shared_ptr<const dds::Participant>;
 
 Participant participant(const dds::ParticipantParameters& parameters) {
-  return std::make_shared<const dds::Participant>(
-      cli::checked(dds::Participant::create(parameters)));
+  auto created = dds::Participant::create(parameters);
+  if (!created && dds::is_wrong_enclave(parameters.enclave))
+    throw cli::Failure(cli::ExitCode::usage, created.error());
+  return std::make_shared<const dds::Participant>(cli::checked(std::move(created)));
 }
 
 // User data of a participant of ROS 2.
