@@ -187,6 +187,13 @@ class Ardito(Rover):
         self.assertGreater(self.driven("drive", "0.3", "--for", "3s")[0], 0.5)
 
     @real_time("a CAN interface", any_machine=True)
+    def test_a_period_that_its_controller_is_not_made_for_is_refused_and_not_tried_again(self):
+        no_restart = 78  # RestartPreventExitStatus= of systemd/lssd@.service.in
+        result = run([DAEMON, "--config", self.write_config(period_ms="50"), "--run-dir", self.run_folder,
+                      "--domain", str(self.domain)], self.environment(), BOOT_S)
+        self.assertEqual(result.code, no_restart, result)
+        self.assertIn("[frame] period_ms is 50", result.err)
+
     def test_a_kernel_without_can_is_reported_with_what_to_do(self):
         if os.path.exists("/sys/class/net/can0"):
             self.skipTest("this machine has a can0")
