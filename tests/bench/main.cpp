@@ -157,7 +157,11 @@ int main(int argc, char** argv) {
                "how cost grows with samples, modules, subscribers, vehicles, minutes of recording")
       ->excludes("--row", "--campaign", "--maxima", "--machine", "--json");
   cli.footer(row_list() + "\n" + kExamples);
-  CLI11_PARSE(cli, argc, argv);
+  try {
+    cli.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return cli.exit(error) == 0 ? 0 : 2;
+  }
 
   if (!campaign.empty()) {
     options.campaign = campaign == "load" ? Campaign::load : Campaign::idle;

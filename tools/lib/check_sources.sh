@@ -55,6 +55,9 @@ report 'DDS types stay in daemon/publish, idl, tools and tests; a vehicle includ
         grep -E ":[<\"](dds/|ddsc/|idl/topics\.h|(${vehicle_headers:-lss})(_fields)?\.h)" |
         grep -vE '^daemon/vehicles/[^:]*:[0-9]+:<[a-z]+_fields\.h>' || true)
 
+report 'a program ends with 2 for wrong usage (lssd with 78), not with the codes of CLI11_PARSE' \
+  < <(code daemon tools tests | grep -E '\bCLI11_PARSE\b' || true)
+
 report 'nothing but tools and tests includes tools' \
   < <(includes idl gnc drivers daemon | grep -E ':["<]tools/' || true)
 report 'nothing includes tests' \

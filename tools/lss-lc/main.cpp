@@ -171,7 +171,11 @@ int main(int argc, char** argv) {
   takes_vehicles(drawing, true);
   cli.require_subcommand(1);
   cli.footer("Examples:\n  lss-lc explore\n  lss-lc diagram zebro | dot -Tsvg > lc.svg");
-  CLI11_PARSE(cli, argc, argv);
+  try {
+    cli.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return cli.exit(error) == 0 ? 0 : 2;
+  }
   std::vector<const lc::Verified*> vehicles;
   for (const std::string& name : wanted.empty() ? names : wanted)
     vehicles.push_back(lc::verified_vehicle(name));

@@ -35,7 +35,11 @@ int main(int argc, char** argv) {
   bool verbose = false;
   cli.add_flag("--verbose", verbose, "say what happens");
   cli.add_option("--markdown", markdown, "write the document there");
-  CLI11_PARSE(cli, argc, argv);
+  try {
+    cli.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return cli.exit(error) == 0 ? 0 : 2;
+  }
 
   if (verbose) options.tell = [](const std::string& what) { fmt::print("  {}\n", what); };
   using lss::gnc::zebro::Speed;
