@@ -378,6 +378,28 @@ TEST_F(FlightLog, OneBitThatIsFlippedAnywhereIsToldAndWhatIsWholeIsShown) {
   }
 }
 
+// Chunks: 0 the header, 1 to 5 two frames each, 6 the end.
+TEST_F(FlightLog, LostFramesAtItsBeginningAndEndAreCountedOrToldToBePerhapsMore) {
+  const auto damaged = [&](bool ended, int chunk) {
+    write(ended);
+    std::string bytes = content();
+    std::size_t at = 0;
+    for (int i = 0; i <= chunk; ++i) at = bytes.find("LSSc", at + 1);
+    bytes.at(at + 24) = static_cast<char>(bytes.at(at + 24) ^ 1);
+    put_content(bytes);
+    const json listed = json::parse(run({"--json", "log", "list", path_}).out);
+    EXPECT_EQ(listed["end"], "damaged") << chunk;
+    return std::pair(listed["lost"].get<int>(), listed["lost_known"].get<bool>());
+  };
+  for (const int chunk : {1, 3, 5}) EXPECT_EQ(damaged(true, chunk), std::pair(5, true)) << chunk;
+  EXPECT_EQ(damaged(true, 6), std::pair(3, false)) << "how much it held is not known";
+  EXPECT_EQ(damaged(false, 1), std::pair(3, false));
+  EXPECT_EQ(damaged(false, 5), std::pair(3, false));
+  EXPECT_THAT(run({"log", "list", path_}).out, HasSubstr("lost    at least 3 frames in it"));
+  write();
+  EXPECT_THAT(run({"log", "list", path_}).out, HasSubstr("lost    3 frames in it"));
+}
+
 TEST_F(FlightLog, OfAnUnknownVehicleHasTheNamesOfTheDictionaryInIt) {
   event_ = lss::kFaultEventBase + 900;
   json dictionary = json::parse(strider().dictionary);

@@ -146,6 +146,12 @@ void Flight::read_all(RecordingReader& reader) {
   lost_ += missing.behind();
   end_ = reader.end();
   trouble_ = reader.trouble();
+  // Before the first frame and behind the last one no number shows what damage took.
+  lss::record::RecordingEnd all;
+  const bool ended = reader.last_words(all);
+  const std::uint64_t written = all.frames + all.lost;
+  if (ended && end_ == End::damaged && written > frames_ + lost_) lost_ = written - frames_;
+  lost_known_ = ended || (end_ != End::damaged && end_ != End::torn);
 }
 
 Flight::Frame Flight::frame(RecordLayout::Bytes record) const {

@@ -54,8 +54,9 @@ class Flight {
   RecordLayout& layout() { return layout_; }
 
   std::uint64_t frames() const { return frames_; }
-  std::uint64_t lost() const { return lost_; }   // in it
-  const Frame& first() const { return first_; }  // whose records are missing
+  std::uint64_t lost() const { return lost_; }     // in it
+  bool lost_known() const { return lost_known_; }  // else there may be more
+  const Frame& first() const { return first_; }    // whose records are missing
   const Frame& last() const { return last_; }
   double duration_s() const;  // with the last frame
   std::uint64_t bytes() const { return bytes_; }
@@ -84,6 +85,7 @@ class Flight {
   std::int64_t period_ns_ = 0, utc_from_time_ns_ = 0;
   std::uint64_t frames_ = 0, lost_ = 0, bytes_ = 0;
   Frame first_, last_;
+  bool lost_known_ = true;
   std::optional<Frame> sound_;  // the last one before damage
   End end_ = End::none;
   std::string trouble_;

@@ -72,9 +72,10 @@ std::string summary(const Flight& flight, const Style& style) {
   if (flight.frames() > 0)
     text += fmt::format("; frames {} to {}", flight.first().number, flight.last().number);
   const auto before = header<std::uint64_t>(flight, "lost_before", 0);
-  const std::string lost =
-      fmt::format("lost    {} frames in it, {} before it", flight.lost(), before);
-  text += "\n" + (flight.lost() + before > 0 ? style.warning(lost) : lost) + "\n";
+  const bool known = flight.lost_known();
+  const std::string lost = fmt::format("lost    {}{} frames in it, {} before it",
+                                       known ? "" : "at least ", flight.lost(), before);
+  text += "\n" + (!known || flight.lost() + before > 0 ? style.warning(lost) : lost) + "\n";
   const std::string complaint = flight.complaint();
   const std::string end = "end     " + (complaint.empty() ? "ended" : complaint);
   const bool bad = flight.end() == Flight::End::damaged;
@@ -114,6 +115,7 @@ ExitCode list(Context& context, const LogWanted& wanted) {
                              {"last_ns", flight.last().time_ns},
                              {"duration_s", flight.duration_s()},
                              {"lost", flight.lost()},
+                             {"lost_known", flight.lost_known()},
                              {"lost_before", header<std::uint64_t>(flight, "lost_before", 0)},
                              {"bytes", flight.bytes()},
                              {"end", flight.end_name()},
