@@ -1,7 +1,9 @@
 #include "daemon/record/files.h"
 
+#include <fcntl.h>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -12,6 +14,7 @@
 #include <system_error>
 
 #include "daemon/record/limits.h"
+#include "drivers/file.h"
 #include "drivers/time.h"
 
 namespace lss::record {
@@ -46,6 +49,19 @@ std::vector<std::pair<unsigned, fs::path>> NumberedFiles::list() const {
   }
   std::ranges::sort(files);
   return files;
+}
+
+unsigned NumberedFiles::make_room(std::uint64_t bytes, std::uint64_t total) const {
+  const auto files = list();
+  std::error_code ignored;
+  for (auto file = files.rbegin(); file != files.rend(); ++file) {
+    const std::uintmax_t size = fs::file_size(file->second, ignored);
+    if (!ignored) bytes += size;
+    if (bytes <= total) continue;
+    const File old(::open(file->second.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    if (!old || !is_being_written(old.get())) fs::remove(file->second, ignored);
+  }
+  return files.empty() ? 1 : files.back().first + 1;
 }
 
 std::vector<fs::path> entries(const fs::path& folder) {
@@ -87,6 +103,14 @@ bool nests_too_deep(std::string_view json) {
 nlohmann::ordered_json parse_json(std::string_view text) {
   using Json = nlohmann::ordered_json;
   return nests_too_deep(text) ? Json(Json::value_t::discarded) : Json::parse(text, nullptr, false);
+}
+
+void mark_being_written(int fd) { ::flock(fd, LOCK_EX | LOCK_NB); }
+
+bool is_being_written(int fd) {
+  if (::flock(fd, LOCK_SH | LOCK_NB) != 0) return errno == EWOULDBLOCK;
+  ::flock(fd, LOCK_UN);
+  return false;
 }
 
 bool is_removed(int fd) {

@@ -23,6 +23,9 @@ class NumberedFiles {
   unsigned number_of(const std::filesystem::path& path) const;
   // All of them, the oldest first.
   std::vector<std::pair<unsigned, std::filesystem::path>> list() const;
+  // Deletes the oldest until there is room for so many more bytes within `total`, but no file that
+  // another daemon of this name and folder writes. The number of the next file.
+  unsigned make_room(std::uint64_t bytes, std::uint64_t total) const;
 
  private:
   std::filesystem::path folder_;
@@ -37,6 +40,10 @@ std::string line_of(const nlohmann::ordered_json& json);
 
 // Parsed JSON of a file: discarded when it is no JSON, or nests deeper than limits.h allows.
 nlohmann::ordered_json parse_json(std::string_view text);
+
+// From now on, until it is closed, other processes see that this file is being written.
+void mark_being_written(int fd);
+bool is_being_written(int fd);
 
 // Whether another program or a person deleted the open file: writing to it is useless.
 bool is_removed(int fd);

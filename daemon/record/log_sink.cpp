@@ -10,7 +10,6 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
-#include <system_error>
 #include <utility>
 
 #include "daemon/runtime/clock.h"
@@ -43,21 +42,14 @@ std::string LogFiles::put(std::string_view line, TimeNs now) {
   return error_ = std::strerror(error);
 }
 
-// Deletes the oldest files until there is room for a whole one.
 int LogFiles::begin() {
-  auto files = files_.list();
-  const unsigned number = files.empty() ? 1 : files.back().first + 1;
-  std::error_code ignored;
-  std::uint64_t total = file_bytes_;
-  for (auto file = files.rbegin(); file != files.rend(); ++file) {
-    const std::uintmax_t size = fs::file_size(file->second, ignored);
-    if (!ignored) total += size;
-    if (total > total_bytes_) fs::remove(file->second, ignored);
-  }
+  const unsigned number = files_.make_room(file_bytes_, total_bytes_);
   path_ = files_.path(number, utc_ns(), preset_);
   size_ = lines_ = 0;
   fd_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0644);
-  return fd_ < 0 ? errno : add(first_line_());
+  if (fd_ < 0) return errno;
+  mark_being_written(fd_);
+  return add(first_line_());
 }
 
 // The whole line, or nothing.

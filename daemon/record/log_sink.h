@@ -30,9 +30,9 @@ using FirstLine = std::function<std::string()>;
 
 // Each start, and each file that is full, begins a new file, ID-NUMBER-TIME-PRESET.log.jsonl.
 // Before that the oldest of this vehicle are deleted, so that all together stay within total_bytes;
-// other files are never touched. Every line is with the kernel when put() returns: a killed daemon
-// loses none. When the disk is full, the file ends with its last whole line, and opening a new one
-// is retried.
+// other files, and one that another daemon writes, are never touched. Every line is with the kernel
+// when put() returns: a killed daemon loses none. When the disk is full, the file ends with its
+// last whole line, and opening a new one is retried.
 class LogFiles final : public LogSink {
  public:
   static constexpr const char* kSuffix = ".log.jsonl";

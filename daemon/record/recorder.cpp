@@ -143,15 +143,7 @@ void Recorder::flush(TimeNs now) {
 }
 
 void Recorder::open(bool start, TimeNs now) {
-  const auto files = files_.list();
-  const unsigned number = files.empty() ? 1 : files.back().first + 1;
-  std::uint64_t total = settings_.file_bytes;
-  std::error_code ignored;
-  for (auto file = files.rbegin(); file != files.rend(); ++file) {
-    const std::uintmax_t size = fs::file_size(file->second, ignored);
-    if (!ignored) total += size;
-    if (total > settings_.total_bytes) fs::remove(file->second, ignored);
-  }
+  const unsigned number = files_.make_room(settings_.file_bytes, settings_.total_bytes);
   nlohmann::ordered_json header = {{"lss", "recording"},  {"utc_ns", utc_ns()},
                                    {"time_ns", now},      {"run_utc_ns", run_utc_ns_},
                                    {"file", in_run_ + 1}, {"start", start},

@@ -1,7 +1,6 @@
 #include "daemon/record/recording.h"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <boost/crc.hpp>
@@ -33,7 +32,7 @@ int RecordingWriter::begin(const std::filesystem::path& path, const nlohmann::or
   so_far_ = {};
   fd_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   if (fd_ < 0) return errno;
-  ::flock(fd_, LOCK_EX | LOCK_NB);  // readers see that it is being written
+  mark_being_written(fd_);
   // Not supported by some file systems; then blocks are allocated while writing.
   int error = 0;
   if (allocate > 0 && ::fallocate(fd_, 0, 0, static_cast<off_t>(allocate)) != 0) error = errno;

@@ -1,6 +1,5 @@
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -247,11 +246,7 @@ bool RecordingReader::find_chunk(std::uint64_t& at, std::uint32_t& index) {
   return false;
 }
 
-bool RecordingReader::being_written() const {
-  if (::flock(file_.get(), LOCK_SH | LOCK_NB) != 0) return errno == EWOULDBLOCK;
-  ::flock(file_.get(), LOCK_UN);
-  return false;
-}
+bool RecordingReader::being_written() const { return is_being_written(file_.get()); }
 
 // Why no complete chunk begins at offset_. Torn: incomplete, and nothing follows; everything else
 // was complete and was changed.

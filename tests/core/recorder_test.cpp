@@ -126,6 +126,21 @@ TEST_F(RecorderTest, TheOldestFilesGoAndOthersAreNotTouched) {
   EXPECT_GT(read(left[1]).header["file"], 1);
 }
 
+TEST_F(RecorderTest, AFileThatAnotherDaemonWritesStays) {
+  const auto slow = recorder(100'000, 200'000);
+  frame(*slow);
+  const fs::path file = folder_.files().at(0);
+  const auto fast = recorder(100'000, 200'000);
+  for (int i = 0; i < 400; ++i) frame(*fast);
+  ASSERT_TRUE(fs::exists(file)) << "although it is the oldest";
+  frame(*slow);
+  slow->end();
+  EXPECT_EQ(read(file).frames(), 2u);
+  for (int i = 0; i < 200; ++i) frame(*fast);
+  EXPECT_FALSE(fs::exists(file)) << "nobody writes it any more";
+  EXPECT_THAT(told_, IsEmpty());
+}
+
 TEST_F(RecorderTest, AGapIsSaidAndFollowedByAState) {
   auto recorder = this->recorder();
   frame(*recorder);

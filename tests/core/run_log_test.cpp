@@ -294,6 +294,16 @@ TEST_F(RunLogTest, TroubleThatIsNotReportedAgainIsTroubleStill) {
   EXPECT_THAT(told_, ElementsAre(EventId::log_failed)) << "once a minute";
 }
 
+TEST_F(RunLogTest, AFileThatAnotherDaemonWritesStays) {
+  const auto slow = begin(everything());
+  put(*slow, 1);
+  const fs::path file = files().at(0);
+  const auto fast = begin(everything());
+  for (const std::uint32_t i : numbers(2, 2000)) put(*fast, i);
+  put(*slow, 2001);
+  EXPECT_EQ(lines(file).size(), 3u) << "the first line and both of its frames";
+}
+
 TEST_F(RunLogTest, AFileThatSomebodyRemovedIsBegunAgain) {
   const auto log = begin(everything());
   put(*log, 1);
