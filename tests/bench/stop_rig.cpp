@@ -21,7 +21,7 @@ namespace {
 constexpr auto kEmergencyStop = static_cast<std::uint16_t>(CommandKind::emergency_stop);
 constexpr auto kStart = static_cast<std::uint16_t>(CommandKind::start);
 constexpr auto kSolve = static_cast<std::uint16_t>(CommandKind::solve);
-constexpr std::uint32_t kLease_ms = 60'000;  // no heartbeats of ours in the figures
+constexpr std::uint32_t kLease_ms = 20'000;  // no heartbeats of ours in the figures
 constexpr TimeNs kMotion = 60 * kSecond;
 constexpr TimeNs kRepeat = 100 * kMillisecond, kPatience = 20 * kSecond;
 // Between stops of the echo, and before one of the daemon: other moments of a frame each time.

@@ -104,7 +104,8 @@ Parameters read_parameters(config::Section& root) {
 }
 
 Parameters with_link(Parameters parameters, const config::Config& config) noexcept {
-  parameters.stop_within_ns = config.obc_timeout_ns - config.lease_min_ms * kMillisecond;
+  parameters.obc_timeout_ns = config.obc_timeout_ns;
+  parameters.lease_min_ns = config.lease_min_ms * kMillisecond;
   return parameters;
 }
 

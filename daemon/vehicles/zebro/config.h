@@ -24,13 +24,14 @@ struct Parameters {
   double panel_deployed_rad = 110 * kDegree;
   TimeNs panel_move_ns = 10 * kSecond;
   SolverParameters solver;
-  // A safe stop that takes longer would be broken off. Set by with_link().
-  TimeNs stop_within_ns = 29'800 * kMillisecond;
+  // A lease and the safe stop after it that take longer would be broken off. Set by with_link().
+  TimeNs obc_timeout_ns = 30 * kSecond;
+  TimeNs lease_min_ns = 200 * kMillisecond;
 };
 
 // Errors go to the section; without errors the result is usable.
 Parameters read_parameters(config::Section& section);
-// Adds what follows from [link]: the shortest lease and the safe stop end before obc_timeout_s.
+// Adds what is of [link]: the shortest lease and the safe stop end before obc_timeout_s.
 Parameters with_link(Parameters parameters, const config::Config& config) noexcept;
 
 }  // namespace lss::zebro

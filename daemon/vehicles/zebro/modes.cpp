@@ -326,6 +326,12 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
 }
 
 Verdict sense(const SupervisorState& state, const Request& r) noexcept {
+  const CommandInfo* info = find_command(kCommands, r.kind);
+  const double longest_ms = state.sense[kSenseLongestLease];
+  if (info != nullptr && info->leased && longest_ms > 0 && r.lease_ms > longest_ms)
+    return {.reason = Reason::bad_lease,
+            .measured = static_cast<double>(r.lease_ms),
+            .limit = longest_ms};
   const auto tripped = static_cast<std::uint16_t>(state.sense[kSenseTripped]);
   if (r.kind == kind_of(lss::CommandKind::start) && tripped != 0)
     return {.reason = reasons::fault_latched, .subject = tripped};

@@ -81,10 +81,12 @@ lc::Event event_of(const Request& request) noexcept;
 // Layout of SupervisorState::sense, for guards on measured values: [0..6] position_rad of the
 // modules, NaN when unknown; [7] the fastest a leg may turn, rad/s; [8] legs with motion control
 // on; [9] the first module that stopped by itself and was not reset since, 0: none; [10] the
-// largest number of error-solving rounds of a present fault, [11] its module, [12] the limit.
+// largest number of error-solving rounds of a present fault, [11] its module, [12] the limit; [13]
+// the longest lease, ms, after which a safe stop ends before a silent OBC is an emergency.
 inline constexpr std::size_t kSenseTurnLimit = kModules, kSenseMotorsOn = kModules + 1,
                              kSenseTripped = kModules + 2, kSenseSolveRounds = kModules + 3,
-                             kSenseSolveModule = kModules + 4, kSenseSolveLimit = kModules + 5;
+                             kSenseSolveModule = kModules + 4, kSenseSolveLimit = kModules + 5,
+                             kSenseLongestLease = kModules + 6;
 
 // The command that takes a module out of service, as after a restart of the daemon.
 Request isolation_of(unsigned module) noexcept;

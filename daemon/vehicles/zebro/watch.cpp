@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "daemon/vehicles/zebro/tunables.h"
 #include "daemon/vehicles/zebro/vehicle.h"
 #include "idl/zebro/codes.h"
 
@@ -91,6 +92,7 @@ void Vehicle::watch_modules(Supervisor& s) noexcept {
     if (tripped && sense[kSenseTripped] == 0) sense[kSenseTripped] = number(i);
   }
   sense[kSenseTurnLimit] = parameters_.locomotion.swing_limit_rad_s;
+  sense[kSenseLongestLease] = longest_lease_ms(parameters_);
   s.set_ages(age_ms, parameters_.module_silent_ns / kMillisecond);
   s.set_sense(sense);
   for (std::size_t i = 0; i < kModules; ++i) {

@@ -81,7 +81,8 @@ TEST(ZebroConfig, ASilentOBCDoesNotBreakOffTheSafeStopOfItsLease) {
     EXPECT_EQ(tuning().check(p) != nullptr, wrong) << obc_timeout_s;
   }
   const auto [config, p] = kFile.defaults(tuning(), "motion.arrived_deg");
-  EXPECT_EQ(with_link(p, config).stop_within_ns, Parameters{}.stop_within_ns);
+  EXPECT_EQ(with_link(p, config).obc_timeout_ns, Parameters{}.obc_timeout_ns);
+  EXPECT_EQ(with_link(p, config).lease_min_ns, Parameters{}.lease_min_ns);
 }
 
 // [S-Int-2]

@@ -71,6 +71,32 @@ TEST(ZebroParameters, ATimeOfLyingDownThatASilentOBCWouldBreakOffIsRefused) {
   EXPECT_EQ(w.set("motion.lay_down_s", 25).verdict.reason, Reason::parameter_together);
 }
 
+// 30 s of silence less 10 s of a safe stop.
+TEST(ZebroParameters, ALeaseWhoseSafeStopASilentOBCWouldBreakOffIsRefused) {
+  const auto start = [](World& w, std::uint32_t lease_ms) {
+    w.acks.clear();
+    w.put({.source = safety::source("test"),
+           .kind = static_cast<std::uint16_t>(lss::CommandKind::start),
+           .lease_ms = lease_ms,
+           .parameter = {1}});
+    w.step();
+    const Ack* refused = w.last(Phase::rejected);
+    return refused != nullptr ? refused->verdict : Verdict{};
+  };
+  World w;
+  w.run(0.2);
+  const Verdict refused = start(w, 20'001);
+  EXPECT_EQ(refused.reason, Reason::bad_lease);
+  EXPECT_EQ(refused.limit, 20'000);
+  EXPECT_EQ(w.set("motion.lay_down_s", 8).phase, Phase::completed);
+  EXPECT_EQ(start(w, 20'000).limit, 15'000);
+  ASSERT_EQ(start(w, 15'000).reason, Reason::none);
+  ASSERT_TRUE(w.run_until(Mode::standing, 40));
+  w.heartbeat_ = false;
+  EXPECT_TRUE(w.run_until(State::idle, 30));
+  EXPECT_FALSE(w.has(FaultId::obc_silent));
+}
+
 // The gate would stop everything at its first movement.
 TEST(ZebroParameters, APanelThatTurnsTooFastIsRefused) {
   World w;
