@@ -176,7 +176,8 @@ void read_navigation(config::Section s, g::NavigationParameters& n) {
   read(s, "standing_sigma_deg_s", n.standing_sigma_rad_s, 1e-4, 1, kDegree);
   read(s, "standing_sigma_m_s2", n.standing_sigma_m_s2, 1e-4, 1);
   read(s, "standing_sigma_deg", n.standing_sigma_rad, 1e-3, 5, kDegree);
-  read(s, "gravity_m_s2", n.gravity_m_s2, 1, 12);
+  // The flight computes weight and thrust with kGravity_m_s2: anywhere else it would not hover.
+  read(s, "gravity_m_s2", n.gravity_m_s2, 9.7, 9.9);
 }
 
 void read_stand(config::Section s, g::Stand& stand) {

@@ -135,6 +135,16 @@ TEST(TalarisConfig, TwoNodesOfOneNumberAreRefused) {
             std::string::npos);
 }
 
+// With that of the Moon it would be calibrated there, and take off with six times its weight.
+TEST(TalarisConfig, TheGravityIsThatForWhichTheFlightComputesItsThrust) {
+  const auto error_of = [](const std::string& value) {
+    return kFile.error_of("gravity_m_s2 = 9.80665", "gravity_m_s2 = " + value);
+  };
+  for (const char* on_earth : {"9.764", "9.834"}) EXPECT_EQ(error_of(on_earth), "") << on_earth;
+  for (const char* elsewhere : {"1.62", "3.71", "11.0"})
+    EXPECT_NE(error_of(elsewhere).find("gravity_m_s2"), std::string::npos) << elsewhere;
+}
+
 TEST(TalarisConfig, AxesOfTheImuMayBeTurnedButNotDoubled) {
   Parameters p;
   EXPECT_EQ(kFile.error_of("axes = [\"x\", \"y\", \"z\"]", "axes = [\"-z\", \"y\", \"x\"]"), "");
