@@ -297,6 +297,24 @@ TEST_F(Landmark, AnotherScaleIsTakenWhenItIsSaidTwice) {
   EXPECT_EQ(only<ImuStatus>(samples).size(), 1u);
 }
 
+TEST_F(Landmark, TheScaleOutlastsALineThatIsOpenedAgain) {
+  packets(2, 3);
+  packet(4, 0x40 | 0x11 | 0x02);  // 0.015 deg/s, 0.0001 g
+  taken();
+  line.restart(begin_of(5));
+  packets(5, 6);  // test flags
+  const auto got = taken();
+  ASSERT_EQ(got.size(), 2u);
+  for (const std::size_t i : {0u, 1u}) {
+    EXPECT_NEAR(got[i].second.rate_rad_s[0], 1.50 * kDegree, 1e-15);
+    EXPECT_NEAR(got[i].second.force_m_s2[0], 0.1 * 9.80665, 1e-12);
+  }
+  packet(7, 0x40);  // another sensor, perhaps
+  packet(8, 0x00);
+  packet(9, 0x40);
+  EXPECT_NEAR(taken().back().second.force_m_s2[0], 9.80665, 1e-12);
+}
+
 TEST_F(Landmark, EachScaleOfTheTable) {
   const double force_g[8] = {1e-3, 1e-4, 1e-4, 5e-4, 5e-4, 5e-4, 1e-3, 2e-3};
   for (std::uint8_t i = 0; i < 8; ++i) {
