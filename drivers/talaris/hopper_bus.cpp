@@ -104,10 +104,24 @@ void HopperBus::receive(std::span<const CanFrame> frames) noexcept {
   }
 }
 
+// A node may send more than it is configured to, and less than counts as babbling: between the bus
+// and the frame there is no room for that, and it would displace what others say.
+bool HopperBus::too_soon(const canopen::PdoSample& raw) noexcept {
+  TimeNs& last_ns = heard_ns_[raw.node][raw.number - 1u];
+  const TimeNs since_ns = raw.time_ns - last_ns;
+  if (since_ns >= 0 && since_ns < event_timer(raw.node, raw.number) / 2) return true;
+  last_ns = raw.time_ns;
+  return false;
+}
+
 // Forces wait for the moments of the same instant.
 void HopperBus::heard(const canopen::PdoSample& raw) noexcept {
   TalarisSample sample{raw.time_ns, {}};
   if (!decode(raw.node, raw.number, std::span(raw.data).first(raw.size), sample.reading)) return;
+  if (too_soon(raw)) {
+    ++counters_.overflows;
+    return;
+  }
   const Load* load = std::get_if<Load>(&sample.reading);
   if (load == nullptr) return keep(sample);
   if (raw.number == 1) {

@@ -49,7 +49,7 @@ struct HopperCounters {
   std::uint64_t stale_orders = 0;   // too old when they arrived
   std::uint64_t bad_orders = 0;     // pulse widths outside 1000..2000 us: clipped
   std::uint64_t load_unpaired = 0;  // halves of load samples
-  std::uint64_t overflows = 0;      // samples that were not taken
+  std::uint64_t overflows = 0;      // samples that were not taken, or came too soon
 };
 
 struct HopperStatus {
@@ -91,6 +91,7 @@ class HopperBus {
   void allow_boot(bool all, bool fallen_back) noexcept;
   void shut(TimeNs now) noexcept;
   void send_fans(TimeNs now) noexcept;
+  bool too_soon(const canopen::PdoSample& raw) noexcept;
   void heard(const canopen::PdoSample& raw) noexcept;
   void keep(const TalarisSample& sample) noexcept;
 
@@ -104,6 +105,7 @@ class HopperBus {
   TimeNs fans_ns_ = 0, shut_ns_ = 0;  // when they are sent again
   TalarisSample half_{};              // of the load cell: forces without moments yet
   bool has_half_ = false;
+  std::array<std::array<TimeNs, 2>, kHopperNodes> heard_ns_{};  // TPDO 1 and 2 of each, the last
   SampleRing<TalarisSample, kMaxSamples> samples_;
 };
 
@@ -114,5 +116,7 @@ canopen::MasterParameters master_parameters(const HopperBusParameters& parameter
 // forces, TPDO 2 the moments). False: there is no such PDO, or its length is wrong.
 bool decode(std::size_t node, int number, std::span<const std::uint8_t> data,
             Reading& reading) noexcept;
+// The event timer of that TPDO; 0: there is none.
+TimeNs event_timer(std::size_t node, int number) noexcept;
 
 }  // namespace lss::talaris

@@ -73,7 +73,20 @@ NodeParameters load_cell(const HopperBusParameters& p) {
           {kLoadTpdo1, kLoadTpdo2}};
 }
 
+// nullptr: there is none.
+const Pdo* tpdo_of(std::size_t node, int number) {
+  if (node == kValveNode && number == 2) return &kValveTpdo2;
+  if (node == kFanNode && number == 1) return &kFanTpdo1;
+  if (node == kLoadCellNode && number == 1) return &kLoadTpdo1;
+  return node == kLoadCellNode && number == 2 ? &kLoadTpdo2 : nullptr;
+}
+
 }  // namespace
+
+TimeNs event_timer(std::size_t node, int number) noexcept {
+  const Pdo* const pdo = tpdo_of(node, number);
+  return pdo != nullptr ? pdo->event_ms * kMillisecond : 0;
+}
 
 canopen::MasterParameters master_parameters(const HopperBusParameters& p) noexcept {
   canopen::MasterParameters master;

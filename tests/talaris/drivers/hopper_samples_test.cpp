@@ -46,6 +46,32 @@ TEST(HopperBus, FanSpeedsEveryTwentyMilliseconds) {
   EXPECT_EQ(got[0].second.rpm, (std::array<double, 4>{29400, 29400, 29600, 29200}));
 }
 
+// 200 messages in 100 ms are no babbling, and 400 in a frame more than a frame has room for.
+TEST(HopperBus, ANodeThatSendsMuchTooOftenDisplacesNoOther) {
+  for (const bool fans_flood : {true, false}) {
+    HopperWorld world;
+    world.boot();
+    for (HopperNode& n : world.node) n.mute = true;  // from here on by hand
+    world.take_all();
+    const std::uint64_t before = world.counters().overflows;
+    const TimeNs begin = world.now + 200 * kMillisecond;
+    for (int half_ms = 0; half_ms < 400; ++half_ms) {
+      const auto hear = [&](std::uint32_t id) {
+        const TimeNs at = begin + half_ms * kMillisecond / 2;
+        const CanFrame f = frame(id, {1, 0, 2, 0, 3, 0, 4, 0}, at);
+        world.bus.receive({&f, 1});
+      };
+      if (fans_flood || half_ms % 40 == 0) hear(0x1A1);
+      if (!fans_flood || half_ms == 300) hear(0x2A0);
+    }
+    const std::vector<TalarisSample> all = world.take_all();
+    EXPECT_EQ(only<FanSpeeds>(all).size(), fans_flood ? 20u : 10u);
+    EXPECT_EQ(only<GasState>(all).size(), fans_flood ? 1u : 2u);
+    EXPECT_EQ(world.counters().overflows - before, fans_flood ? 380u : 398u);
+    EXPECT_EQ(world.state(kFanNode), NodeState::operational);
+  }
+}
+
 TEST(HopperBus, ForcesAndMomentsOfOneMomentAreOneSample) {
   HopperWorld world({.load_cell = true});
   set(world.node[2].data[0], {0x81, 0x01, 0xFC, 0xFF, 0x0C, 0x00});
