@@ -111,6 +111,7 @@ Parameters read_parameters(config::Section& root) {
   read_geometry(root.section("geometry"), p.mobility.geometry);
   p.bus.gear_ratio = p.mobility.geometry.gear_ratio;
   read_mobility(root.section("mobility"), p);
+  if (const char* wrong = check_ramp(p)) root.error("bus", wrong);
 
   config::Section safety = root.section("safety");
   config::read_tunables(safety, "safety", tuning().tunables, p);

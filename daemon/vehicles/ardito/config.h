@@ -9,6 +9,8 @@
 
 namespace lss::ardito {
 
+inline constexpr double kAcceleration_m_s2 = 1.0;  // towards a commanded speed
+
 struct Parameters {
   RoverBusParameters bus;
   gnc::ardito::Parameters mobility{.geometry = {}, .top_speed_m_s = kSpeedLimits_m_s[0]};

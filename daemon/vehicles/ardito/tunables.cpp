@@ -1,5 +1,7 @@
 #include "daemon/vehicles/ardito/tunables.h"
 
+#include <algorithm>
+
 namespace lss::ardito {
 namespace {
 
@@ -71,12 +73,27 @@ constexpr std::array kTunables{
                           "a node must answer within this time after a commanded reset"),
 };
 
-const char* check(const P& p) { return gnc::ardito::check(p.mobility); }
+const char* check(const P& p) {
+  const char* wrong = gnc::ardito::check(p.mobility);
+  return wrong != nullptr ? wrong : check_ramp(p);
+}
 
 constexpr Tuning<P> kTuning{.tunables = kTunables, .infos = kInfosOf<kTunables>, .check = check};
 
 }  // namespace
 
 const Tuning<Parameters>& tuning() noexcept { return kTuning; }
+
+// An emergency stop must not brake less than any other; a wheel that lags behind looks failed.
+const char* check_ramp(const Parameters& p) noexcept {
+  const gnc::ardito::Geometry& g = p.mobility.geometry;
+  const double ramp_rad_s2 =
+      p.bus.wheel_acceleration_rpm_s * gnc::ardito::kRadPerSecondPerRpm / g.gear_ratio;
+  return ramp_rad_s2 * g.wheel_radius_m >=
+                 std::max(kAcceleration_m_s2, p.mobility.deceleration_m_s2)
+             ? nullptr
+             : "bus.wheel_acceleration_rpm_s is at the ground less than 1 m/s2, or than "
+               "mobility.deceleration_m_s2: a quick stop takes too long; make it larger";
+}
 
 }  // namespace lss::ardito

@@ -10,4 +10,7 @@ namespace lss::ardito {
 
 const Tuning<Parameters>& tuning() noexcept;
 
+// nullptr, or that the wheel drives' ramp, which is also that of a quick stop, is too flat.
+const char* check_ramp(const Parameters& parameters) noexcept;
+
 }  // namespace lss::ardito

@@ -17,7 +17,6 @@ using gnc::ardito::contains;
 using gnc::ardito::kRadPerSecondPerRpm;
 
 constexpr TimeNs kFlash = 500 * kMillisecond;        // of the lamp: on, off
-constexpr double kAcceleration_m_s2 = 1.0;           // towards a commanded speed
 constexpr double kGateMargin = 1.2;                  // above the limits of the mobility controller
 constexpr double kSteeringLimit_rad = 65 * kDegree;  // Ardito thesis 11.2
 

@@ -59,6 +59,22 @@ TEST(ArditoConfig, ASinkLimitOutOfItsRangeOrThatIsNoNumberIsRefused) {
   EXPECT_THAT(error_of("\"deep\""), HasSubstr("sink_limit_m"));
 }
 
+// 3183 rpm/s are 1 m/s2 at the ground.
+TEST(ArditoConfig, ARampOfTheDrivesThatMakesAQuickStopLongIsRefused) {
+  const std::string as_shipped = "wheel_acceleration_rpm_s = 8000.0";
+  for (const char* flat : {"100.0", "3100.0"})
+    EXPECT_THAT(kFile.error_of(as_shipped, std::string("wheel_acceleration_rpm_s = ") + flat),
+                HasSubstr("a quick stop takes too long"));
+  EXPECT_EQ(kFile.error_of(as_shipped, "wheel_acceleration_rpm_s = 3200.0"), "");
+  EXPECT_THAT(kFile.error_of("gear_ratio = 50.0", "gear_ratio = 200.0"),
+              HasSubstr("make it larger"));
+  Parameters p;
+  p.bus.wheel_acceleration_rpm_s = 3200;
+  EXPECT_EQ(tuning().check(p), nullptr);
+  p.mobility.deceleration_m_s2 = 1.1;
+  EXPECT_NE(tuning().check(p), nullptr) << "quick stops would brake less than others";
+}
+
 TEST(ArditoConfig, TwoNodesOfOneNumberAreRefused) {
   EXPECT_THAT(kFile.error_of("io_node = 32", "io_node = 3"), HasSubstr("node 3 is there twice"));
 }
