@@ -14,8 +14,9 @@ namespace {
 void read_bus(config::Section s, Parameters& p) {
   p.bus.check = s.choice("check", 0, {"lrc", "crc8"}) == 0 ? Check::lrc : Check::crc8;
   p.bus.stop = s.choice("stop", 0, {"lf", "crlf"}) == 0 ? Stop::lf : Stop::crlf;
+  // On one pair of wires an emergency stop waits for a reply that does not come.
   p.bus.reply_timeout_ns =
-      config::milliseconds(s, "reply_timeout_ms", p.bus.reply_timeout_ns, 0.5, 1000);
+      config::milliseconds(s, "reply_timeout_ms", p.bus.reply_timeout_ns, 0.5, 40);
   p.bus.resend_limit = static_cast<int>(s.integer("resend_limit", p.bus.resend_limit, 0, 100));
   config::read_tunables(s, "bus", tuning().tunables, p);
   p.bus.stale_after_ns = config::milliseconds(s, "stale_ms", p.bus.stale_after_ns, 40, 5000);

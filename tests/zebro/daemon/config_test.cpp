@@ -60,6 +60,14 @@ TEST(ZebroConfig, TheSoftwareCurrentLimitStaysBelowTheHardwares_P_Int_1) {
   EXPECT_FALSE(kFile.load(kFile.altered("power_A = 8.0", "power_A = 6.0"), p));
 }
 
+// Half duplex: an emergency stop waits for a reply that is not coming.
+TEST(ZebroConfig, AReplyIsAwaitedForAFrameAtMost) {
+  Parameters p;
+  ASSERT_TRUE(kFile.load(kFile.altered("reply_timeout_ms = 5", "reply_timeout_ms = 40"), p));
+  EXPECT_EQ(p.bus.reply_timeout_ns, 40 * kMillisecond);
+  expect_refused("reply_timeout_ms = 5", "reply_timeout_ms = 41", "reply_timeout_ms");
+}
+
 TEST(ZebroConfig, APanelThatTurnsFasterThanALegMayIsRefused) {
   Parameters p;
   const auto config = kFile.load(kFile.altered("move_s = 10.0", "move_s = 1.0"), p);
