@@ -10,6 +10,8 @@ namespace {
 
 constexpr int kEnough = 8;      // samples of a frame that make a mean
 constexpr double kBegun_s = 1;  // movement before this collected time is no restart
+// Of the samples: with more it sends at another rate, and its packets make shorter frames.
+constexpr double kMostShare = 1.1;
 
 double largest(const Vector3& v) noexcept { return v.cwiseAbs().maxCoeff(); }
 
@@ -43,7 +45,7 @@ const char* describe(CalibrationFault fault) noexcept {
       "the mean rate is no bias: it turns, or a gyroscope is broken (rad/s)",
       "the mean specific force is not gravity (m/s2)",
       "the vehicle does not stand upright (rad)",
-      "too many samples of the IMU are missing (share that came)",
+      "too few samples of the IMU, or too many (share that came)",
       "too few readings of the altimeter (count)",
       "the readings of the altimeter scatter (m)"};
   return kTexts[static_cast<std::size_t>(fault)];
@@ -173,6 +175,7 @@ void Calibration::finish(double collected_s, const NavigationParameters& p) noex
   const double size = mean_.force.norm();
   const double share = mean_.count * p.imu_period_s / collected_s;
   if (share < p.min_samples) return fail(CalibrationFault::imu_silent, share, p.min_samples);
+  if (share > kMostShare) return fail(CalibrationFault::imu_silent, share, kMostShare);
   if (largest(mean_.rate) > p.max_rate_bias_rad_s) {
     return fail(CalibrationFault::rate_bias, largest(mean_.rate), p.max_rate_bias_rad_s);
   }

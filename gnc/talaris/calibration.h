@@ -19,7 +19,7 @@ enum class CalibrationFault : std::uint8_t {
   rate_bias,     // mean rate, rad/s
   force_size,    // |mean force| - g, m/s2
   tilted,        // from the vertical, rad
-  imu_silent,    // received share of the samples; `limit`: at least
+  imu_silent,    // received share of the samples; `limit`: at least, or at most
   few_ranges,    // readings of the altimeter; `limit`: at least
   range_spread,  // between the quartiles of the ranges, m
 };

@@ -73,6 +73,7 @@ void Sensors::take(const ImuPacket& packet, TimeNs time) noexcept {
 }
 
 void Sensors::take(const ImuStatus& status, TimeNs) noexcept {
+  if (status.kind == ImuStatus::Kind::test_flags) test_flags_ = status.value;
   if (status.kind != ImuStatus::Kind::scale) return;
   scale_before_ = scale_;
   scale_ = status.value;

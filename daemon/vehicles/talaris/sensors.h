@@ -39,6 +39,7 @@ class Sensors {
   std::uint64_t imu_lost_packets() const noexcept { return lost_in_frame_; }
   std::uint64_t imu_lost_in_all() const noexcept { return lost_; }
   bool imu_lossy() const noexcept { return lossy_ > lossy_limit_; }
+  bool imu_test_failed() const noexcept { return test_flags_ != 0; }  // as it says itself
   // Its new scale, when it changed in the frame.
   bool scale_changed() const noexcept { return scale_changed_; }
   double scale_before() const noexcept { return scale_before_; }
@@ -112,6 +113,7 @@ class Sensors {
   double lossy_ = 0;  // packets lost, mean of about a second
   int scale_ = -1, scale_before_ = -1;
   bool scale_changed_ = false;
+  std::uint8_t test_flags_ = 0;
 
   TimeNs range_ns_ = 0, altimeter_ns_ = 0;
   double range_m_ = gnc::talaris::kNaN;

@@ -151,6 +151,7 @@ void Vehicle::watch_imu(Supervisor& s) noexcept {
   warn(sensors_.imu_silent() && expected, imu_silent_told_, faults::imu_silent, kImuModule, s);
   warn(sensors_.imu_stuck(), imu_stuck_told_, faults::imu_stuck, kImuModule, s);
   warn(sensors_.imu_lossy(), lossy_told_, faults::imu_lossy, kImuModule, s);
+  warn(sensors_.imu_test_failed(), test_told_, faults::imu_test_failed, kImuModule, s);
   if (parameters_.buses.has_standby) {
     const bool heard = sensors_.standby().heard_ns() != 0;
     warn(sensors_.standby().silent() && (heard || now_ns_ - begun_ns_ > kBoot), standby_told_,

@@ -123,6 +123,41 @@ TEST(TalarisFaults, AScaleThatChangesIsReported) {
   EXPECT_EQ(w.heard(events::imu_scale_changed)->argument[1], 2);
 }
 
+TEST(TalarisFaults, AnImuThatSaysThatItsSelfTestFailedBeginsNoFlight) {
+  World w;
+  ASSERT_TRUE(w.start() && w.arm() && w.calibrate());
+  ASSERT_EQ(w.why(Kind::plan, {double(Program::hop), 2, 5, 0, 0}), Reason::none);
+  std::uint8_t flags = 0x04;
+  w.distort = [&](std::vector<TalarisSample>& samples) {
+    samples.push_back({.time_ns = samples.back().time_ns,
+                       .reading = ImuStatus{.kind = ImuStatus::Kind::test_flags, .value = flags}});
+  };
+  w.step();
+  EXPECT_TRUE(w.has(faults::imu_test_failed, kImuModule));
+  const Verdict v = w.ask(Kind::gnc, {2});
+  EXPECT_EQ(v.reason, Reason::imu_lost);
+  EXPECT_EQ(v.subject, kImuModule);
+  EXPECT_EQ(w.mode(), Mode::standby);
+  flags = 0;
+  w.step();
+  EXPECT_FALSE(w.has(faults::imu_test_failed, kImuModule));
+  EXPECT_EQ(w.why(Kind::gnc, {2}), Reason::none);
+}
+
+// In the air it is only said: the other way down is by no IMU at all.
+TEST(TalarisFaults, ASelfTestThatFailsInTheAirDoesNotEndTheFlight) {
+  World w;
+  ASSERT_TRUE(w.fly(Program::hop));
+  w.distort = [](std::vector<TalarisSample>& samples) {
+    samples.push_back({.time_ns = samples.back().time_ns,
+                       .reading = ImuStatus{.kind = ImuStatus::Kind::test_flags, .value = 1}});
+  };
+  w.run(1);
+  EXPECT_TRUE(w.has(faults::imu_test_failed, kImuModule));
+  EXPECT_TRUE(w.airborne());
+  EXPECT_EQ(w.vehicle_.flight().faults, 0u);
+}
+
 TEST(TalarisFaults, AltimeterErrorsAreToldAndMakeItLostWhenNothingElseComes) {
   World w;
   ASSERT_TRUE(w.start());

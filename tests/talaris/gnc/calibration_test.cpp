@@ -174,6 +174,14 @@ TEST(Calibration, FailsOnWhatCannotBe) {
       {CalibrationFault::imu_silent, 0.5, 0.01,
        [](Flown& flown, int) { flown.imu.resize(flown.imu.size() / 2); }},
       {CalibrationFault::imu_silent, 0, 0, [](Flown& flown, int) { flown.imu.clear(); }},
+      {CalibrationFault::imu_silent, 1.5, 0.02,  // it sends at another rate
+       [](Flown& flown, int) {
+         for (std::size_t i = flown.imu.size(); i > 1; i -= 2) {
+           ImuSample between = flown.imu[i - 1];
+           between.time_ns -= 2'500'000;
+           flown.imu.insert(flown.imu.begin() + static_cast<std::ptrdiff_t>(i - 1), between);
+         }
+       }},
       {CalibrationFault::few_ranges, 0, 0, [](Flown& flown, int) { flown.ranges.clear(); }},
       {CalibrationFault::few_ranges, 0, 0,
        [](Flown& flown, int) {
