@@ -46,8 +46,9 @@ void Actuation::run(TimeNs now) noexcept {
 
 // Nobody knows when which valve was to be shut. The fans go on: the vehicle may be in the air.
 void Actuation::check(TimeNs now) noexcept {
-  if (twin_.check(bytes_of(valves_)) == MemoryCheck::lost)
-    valves_.begin_again(parameters_, said_.counters, said_.open, now);
+  if (twin_.check(bytes_of(valves_)) != MemoryCheck::lost) return;
+  valves_.begin_again(parameters_, said_.counters, said_.open, now);
+  memory_lost_.store(true, std::memory_order_relaxed);
 }
 
 // Orders of the actuate thread itself.

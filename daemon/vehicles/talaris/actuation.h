@@ -4,10 +4,11 @@
 // valves at their own times, and an all-stop that does not wait for the frame. It writes valve
 // frames to the CAN bus itself; the bus thread sends all others. Time is data; actuate thread,
 // unless noted otherwise. Between releases and edges the timing of the valves has a second copy; if
-// neither is as it was left, all valves are shut until the next release. Nothing here allocates,
-// locks or logs.
+// neither is as it was left, all valves are shut until the next release, and the frame thread is
+// told. Nothing here allocates, locks or logs.
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 
 #include "daemon/cycle/twins.h"
@@ -56,6 +57,10 @@ class Actuation {
 
   // Frame thread.
   const EdgeReport& report() noexcept { return report_.get(); }
+  // Frame thread. Both copies of the valves' timing were damaged since the last call.
+  bool take_memory_lost() noexcept {
+    return memory_lost_.exchange(false, std::memory_order_relaxed);
+  }
 
  private:
   void check(TimeNs now) noexcept;
@@ -72,6 +77,7 @@ class Actuation {
   std::uint32_t reset_serial_ = 0;  // of the orders that passed last
   EdgeReport said_{};
   Latest<EdgeReport> report_;
+  std::atomic<bool> memory_lost_{false};
 };
 
 }  // namespace lss::talaris

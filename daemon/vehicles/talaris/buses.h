@@ -81,7 +81,8 @@ class Buses {
   std::size_t collect(TimeNs boundary_ns, std::span<TalarisSample> samples,
                       BusReport& report) noexcept;
 
-  // Frame thread: a bus thread's memory was damaged in both copies since the last call.
+  // Frame thread: memory of a bus thread or of the valves' timing was damaged in both copies since
+  // the last call.
   bool take_memory_lost() noexcept;
 
   // Actuate thread: orders of this frame, or again those of the frame before.

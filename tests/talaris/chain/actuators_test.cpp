@@ -49,7 +49,12 @@ TEST(TalarisBusOff, OfAHundredMillisecondsIsFlownThrough) {
 
 // The fans go on until it has landed: flips.md.
 TEST(TalarisBusMemory, DamagedInBothCopiesItLands) {
-  are_flown_through(FaultId::memory_lost, fly_through_damage);
+  for (const bool of_valves : {false, true}) {
+    SCOPED_TRACE(of_valves);
+    are_flown_through(FaultId::memory_lost, [&](Phase phase, unsigned seed) {
+      return fly_through_damage(of_valves, phase, seed);
+    });
+  }
 }
 
 TEST(TalarisFailedActuators, OthersThanFansAndLiftValvesThatStayOpenAreSurvived) {

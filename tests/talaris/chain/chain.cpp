@@ -74,8 +74,10 @@ Chain::Chain(const Options& options)
 
 TimeNs Chain::next_event() {
   // As in daemon/vehicles/talaris/actuation.cpp.
-  if (protect_ && valves_twin_.check(bytes_of(valves_)) == MemoryCheck::lost)
+  if (protect_ && valves_twin_.check(bytes_of(valves_)) == MemoryCheck::lost) {
     valves_.begin_again(parameters_.buses.valves, edges_.counters, edges_.open, now_ns_);
+    bus_memory_lost_ = true;
+  }
   return std::min({step_ns_, imu_.next_wake(), altimeter_.next_wake(), wire_->next_wake(),
                    std::max(master_.next_wake(), now_ns_ + 1),
                    std::max(valves_.next_wake(), now_ns_ + 1), grid_.deadline(), release_ns_,

@@ -127,19 +127,19 @@ void count_stops(Chain& chain, double for_s, Outage& outage) {
   };
 }
 
-// Of the bus master, in both copies: by it all orders are too old.
-void damage_master(Chain& chain) {
-  const auto value = std::bit_cast<std::array<std::uint8_t, sizeof(TimeNs)>>(
-      chain.parameters().buses.can.stale_after_ns);
-  std::uint8_t flipped = 0x80;
+// Of the bus master or the valves' timing, in both copies: by it all orders are too old.
+template <class Damaged>
+void damage(Chain& chain, TimeNs stale_after_ns) {
+  const auto value = std::bit_cast<std::array<std::uint8_t, sizeof(TimeNs)>>(stale_after_ns);
+  const std::array<std::uint8_t, 2> flips{0x80, 0xC0};
+  std::size_t damaged = 0;
   for (const Chain::Memory& part : chain.memory()) {
     const std::size_t size = part.bytes.size();
-    if (size != sizeof(HopperBus) && size != sizeof(Twin<sizeof(HopperBus)>)) continue;
+    if (size != sizeof(Damaged) && size != sizeof(Twin<sizeof(Damaged)>)) continue;
     const auto found = std::ranges::search(part.bytes, value);
-    if (found.empty()) throw std::runtime_error("the parameter is not in the master's memory");
-    found.back() ^= flipped;
-    flipped = 0xC0;
+    if (!found.empty()) found.back() ^= flips.at(damaged++);
   }
+  if (damaged != flips.size()) throw std::runtime_error("the parameter has not two copies");
 }
 
 }  // namespace
@@ -156,10 +156,12 @@ Outage fly_through_bus_off(double off_s, Phase phase, unsigned seed) {
   return outage;
 }
 
-Outage fly_through_damage(Phase phase, unsigned seed) {
+Outage fly_through_damage(bool of_valves, Phase phase, unsigned seed) {
   Outage outage;
   outage.flown = fly_through("", 0, phase, seed, {}, [&](Chain& chain) {
-    damage_master(chain);
+    const BusesParameters& p = chain.parameters().buses;
+    of_valves ? damage<ValveSequencer>(chain, p.valves.stale_after_ns)
+              : damage<HopperBus>(chain, p.can.stale_after_ns);
     count_stops(chain, 0.3, outage);
   });
   return outage;

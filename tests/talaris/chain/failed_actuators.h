@@ -47,7 +47,7 @@ struct Outage {
 };
 Outage fly_through_bus_off(double off_s, Phase phase, unsigned seed);
 
-// The same, both copies of the bus master's memory being damaged.
-Outage fly_through_damage(Phase phase, unsigned seed);
+// The same, both copies of the bus master's memory, or of the valves' timing, being damaged.
+Outage fly_through_damage(bool of_valves, Phase phase, unsigned seed);
 
 }  // namespace lss::talaris

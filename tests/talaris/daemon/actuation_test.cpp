@@ -107,6 +107,8 @@ TEST_F(Actuate, AFlippedBitOfAPulseIsCorrectedAndTwoShutTheValves) {
     lss::testing_support::damage(copies, damaged);
     actuation_.run(orders.release_ns + kMillisecond);
     EXPECT_EQ(actuation_.report().open, damaged == 2 ? 0 : 1) << damaged;
+    EXPECT_EQ(actuation_.take_memory_lost(), damaged == 2) << damaged;
+    EXPECT_FALSE(actuation_.take_memory_lost()) << "once";
     EXPECT_FALSE(actuation_.report().all_stop_pending);
     if (damaged == 2) continue;
     EXPECT_EQ(std::memcmp(copies[0], &kPulse, sizeof kPulse), 0);
@@ -131,6 +133,24 @@ TEST_F(Actuate, AParameterOfWhichBothCopiesAreDamagedIsThatOfTheStartAgain) {
   actuation_.release(orders, orders.release_ns, orders.release_ns);
   EXPECT_EQ(actuation_.report().open, 1);
   EXPECT_EQ(actuation_.report().counters.pulses[0], pulses + 1);
+}
+
+// By the way that the frame asks.
+TEST(ActuateOfTheBuses, DamagedTimingOfTheValvesIsReportedOnce) {
+  const lss::testing_support::TempFolder folder;
+  const CanListener can;
+  const auto buses =
+      std::make_unique<Buses>(testing_support::configuration(folder, can), BusesParameters{});
+  Actuation& actuation = buses->actuation();
+  const TalarisOrders orders = pulse_now();
+  actuation.release(orders, orders.release_ns, orders.release_ns);
+  EXPECT_FALSE(buses->take_memory_lost());
+  const auto copies = lss::testing_support::copies_of(kPulse, bytes_of(actuation));
+  ASSERT_EQ(copies.size(), 2u);
+  lss::testing_support::damage(copies, 2);
+  actuation.run(orders.release_ns + kMillisecond);
+  EXPECT_TRUE(buses->take_memory_lost());
+  EXPECT_FALSE(buses->take_memory_lost());
 }
 
 }  // namespace
