@@ -72,12 +72,15 @@ Chain::Chain(const Options& options)
   turn_can();
 }
 
+// As in daemon/vehicles/talaris/actuation.cpp.
+void Chain::check_valves() {
+  if (!protect_ || valves_twin_.check(bytes_of(valves_)) != MemoryCheck::lost) return;
+  valves_.begin_again(parameters_.buses.valves, edges_.counters, edges_.open, now_ns_);
+  bus_memory_lost_ = true;
+}
+
 TimeNs Chain::next_event() {
-  // As in daemon/vehicles/talaris/actuation.cpp.
-  if (protect_ && valves_twin_.check(bytes_of(valves_)) == MemoryCheck::lost) {
-    valves_.begin_again(parameters_.buses.valves, edges_.counters, edges_.open, now_ns_);
-    bus_memory_lost_ = true;
-  }
+  check_valves();
   return std::min({step_ns_, imu_.next_wake(), altimeter_.next_wake(), wire_->next_wake(),
                    std::max(master_.next_wake(), now_ns_ + 1),
                    std::max(valves_.next_wake(), now_ns_ + 1), grid_.deadline(), release_ns_,
@@ -92,6 +95,7 @@ void Chain::dispatch() {
     if (after_step) after_step();
   }
   beat_when_due();
+  check_valves();  // after_step may have damaged them
   obey();
   if (now_ns_ >= release_ns_) {
     release();

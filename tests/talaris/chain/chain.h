@@ -94,6 +94,7 @@ class Chain final : public testing_support::VirtualChain<Vehicle, Mode, Paramete
   void all_stop() override { latch_.ask(now_ns_); }
   void release();
   void obey();
+  void check_valves();
   void send_edges(TimeNs due_ns);
   void forget();
   void turn_can();
