@@ -63,12 +63,12 @@ std::string hop_section(unsigned seeds) {
   std::vector<Flown> well, bad;
   for (const Flown& flown : all) (good(flown) ? well : bad).push_back(flown);
   std::string text = fmt::format(
-      "Up 2 m, 30 m level, down; `config/talaris/hop.toml`; vehicle, noise and clocks dispersed by "
-      "the seed. Arrived as\nplanned, upright and without any fault reported: **{}**. The thesis "
-      "planned this flight for spring 2011; it does not report one.\n\n",
+      "Up 2 m, 30 m level, down (`config/talaris/hop.toml`). Arrived as planned, upright and "
+      "without "
+      "fault: **{}**. The thesis\nreports no such flight.\n\n",
       outcome(static_cast<unsigned>(well.size()), seeds));
   text +=
-      "Of those that arrived, by the simulator's truth:\n\n"
+      "Of those that arrived:\n\n"
       "| | median | 95 % | most |\n|---|---|---|---|\n";
   const auto of = [&](auto get) { return figures(well, get); };
   for (const HopFigure& figure : kHopFigures)
@@ -348,10 +348,9 @@ std::string actuators_section(unsigned seeds) { return kFailureHead + actuator_r
 
 std::string failures_section(unsigned seeds, unsigned actuator_seeds) {
   std::string text = fmt::format(
-      R"({} hops each, the failure between 1 and 17 s after lift-off, evenly spread over ascent, hover, traverse and descent;
-of valves and fans {} hops in each phase, at any time of it, narrow dispersion and the fans' torque of the wide set.
-Survived: upright (less than 10 deg of tilt in the end), at most {:g} m/s down. Reported: the faults that the daemon
-latched, and the number of flights with each; of valves and fans how many it found, and how soon.
+      R"({} hops each, the failure between 1 and 17 s after lift-off; of valves and fans {} hops in each phase, with the fans' torque
+of the wide set. Survived: upright (less than 10 deg of tilt in the end), at most {:g} m/s down. Reported: faults, and the
+number of flights with each.
 
 )",
       seeds, actuator_seeds, kSurvived_m_s);

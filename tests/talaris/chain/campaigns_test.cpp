@@ -152,13 +152,10 @@ TEST(TalarisCampaigns, FansAloneBringItDown) {
 
 constexpr const char* kBeginning = R"(# TALARIS in the closed loop: measurements
 
-Made by one run of `LSS_WRITE_RESULTS=1 talaris_campaigns_test --gtest_filter=TalarisResults.Document`, {}, of commit {}: the daemon's
-cycle, drivers, bus master and valve sequencer, serial lines byte by byte, a CAN bus of 500 kbit/s with every bit of its
-frames, the simulated sensors and nodes with their noise, and the hopper in physics, in virtual time
-(`tests/talaris/chain/`). Each campaign flies its file in `config/talaris/`. Vehicles differ by the seed: mass, inertia,
-centre of mass, thrusts and lags within the ranges of [simulator.md](simulator.md); noise, biases and clocks too. Figures
-of the thesis are those of its section 5.2 (TALARIS thesis), measured on hardware: they only show
-whether the same is reached in simulation.
+Made by one run of `LSS_WRITE_RESULTS=1 talaris_campaigns_test --gtest_filter=TalarisResults.Document`, {}, of commit {}, in virtual
+time: the daemon's cycle, drivers and buses, simulated sensors and nodes with noise, the hopper in physics. Each campaign
+flies its file in `config/talaris/`; seeds disperse vehicle, noise, biases and clocks
+([ranges](simulator.md#talaris)). Figures of the thesis (5.2) were measured on hardware.
 
 )";
 
