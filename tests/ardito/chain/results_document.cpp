@@ -11,9 +11,9 @@ namespace {
 constexpr const char* kBeginning = R"(# D.I.A.N.A. Ardito in the closed loop: measurements
 
 For reviewers: how soon the rover finds failures and stops. Made by `ardito_results_test` (`tests/ardito/chain/`) in virtual
-time: the daemon's cycle and bus master, CAN at 500 kbit/s bit by bit, twelve simulated nodes with noise, the rover in
-physics; `config/ardito.toml`, but 1.5 s of lamp before the start; friction 0.3. The thesis' figures (mobility controller and
-FMEDA of D.I.A.N.A. Ardito, section 19) are of another simulator with other dynamics and the same friction.
+time: the daemon's cycle and bus master, CAN, twelve simulated nodes with noise, the rover in physics; `config/ardito.toml`,
+friction 0.3. The thesis' figures (mobility controller and FMEDA of D.I.A.N.A. Ardito, section 19) are of another simulator
+with the same friction.
 )";
 
 }  // namespace
