@@ -43,49 +43,44 @@ std::string markdown(const std::vector<Growth>& all, const Machine& machine,
       "- cost: median of the rounds\n"
       "- each more: what one more costs, between this count and the one before; in brackets the "
       "least and the most by the rounds\n"
-      "- of proportional: the cost over that of the count before, by their counts\n"
-      "- at most linear: one more costs no more than in the step before, and of proportional is at "
-      "most 1; undecided when rounds differ by more than that\n\n"
+      "- at most linear: one more costs no more than in the step before, and the cost grows no "
+      "more than the count; undecided when rounds differ by more than that\n\n"
       "| machine | |\n|---|---|\n| date | {} |\n| CPU | {} x {} |\n| kernel | {}, {} |\n"
       "| load average at the start | {} |\n\n",
       command, machine.date, machine.cpus, machine.cpu, machine.kernel, machine.preemption,
       machine.load);
-  const auto open = [&](Met met) {
+  const auto open = [&] {
     std::string list;
     for (const Growth& growth : all) {
       for (const Step& step : steps(growth)) {
-        if (step.met == met)
+        if (step.met == Met::no)
           list += fmt::format("- {}: {} to {} {}\n", growth.cost, step.from, step.to, growth.what);
       }
     }
     return list;
   };
-  const std::string worse = open(Met::no), undecided = open(Met::undecided);
+  const std::string worse = open();
   text += "Steps that are worse than linear:" + (worse.empty() ? " none.\n\n" : "\n\n" + worse) +
           (worse.empty() ? "" : "\n");
-  if (!undecided.empty()) text += "Undecided:\n\n" + undecided + '\n';
   for (const Growth& growth : all) {
     text += fmt::format("## {}, {}\n\n", growth.cost, growth.unit);
     if (!growth.note.empty()) text += growth.note + ".\n\n";
     if (growth.points.empty()) continue;
     text += fmt::format("![{} by {}]({}/growth-{}.svg)\n\n", growth.cost, growth.what, pictures,
                         growth.name);
-    text += fmt::format(
-        "| {} | cost | each more | of proportional | at most linear |\n"
-        "|---:|---:|---:|---:|---|\n",
-        growth.what);
+    text += fmt::format("| {} | cost | each more | at most linear |\n|---:|---:|---:|---|\n",
+                        growth.what);
     const std::vector<Step> all_steps = steps(growth);
     for (std::size_t i = 0; i < growth.points.size(); ++i) {
       const Point& point = growth.points[i];
       text += fmt::format("| {} | {} |", point.count, number(median(point.cost)));
       if (i == 0) {
-        text += " - | - | - |\n";
+        text += " - | - |\n";
         continue;
       }
       const Step& step = all_steps[i - 1];
-      text += fmt::format(" {} ({} to {}) | {:.2f} | {} |\n", number(step.each_more),
-                          number(step.least_more), number(step.most_more), step.of_proportional,
-                          word(step.met));
+      text += fmt::format(" {} ({} to {}) | {} |\n", number(step.each_more),
+                          number(step.least_more), number(step.most_more), word(step.met));
     }
     text += '\n';
   }
