@@ -286,10 +286,6 @@ class FaultWalk {
           std::ranges::find_if(injections_, [&](const Injection& i) { return explains(i, event); });
       expect(found != injections_.end(),
              fmt::format("{}:{} has no cause here", kFaultName(event), event.subject));
-      if (!attributed_ && found != injections_.end()) {
-        attributed_ = true;
-        observed.by = static_cast<std::size_t>(found - injections_.begin());
-      }
     }
     for (const Injection& injection : injections_) {
       if (injection.fault->reaction == Reaction::warns && !observed.warned_s)
@@ -326,7 +322,6 @@ class FaultWalk {
   Chain chain_;
   TimeNs begin_ns_ = 0, stopped_ns_ = 0;
   std::size_t read_ = 0;
-  bool attributed_ = false;
 };
 
 }  // namespace

@@ -58,7 +58,6 @@ struct Injection {
 struct Observed {
   std::optional<double> stopped_s;  // from the first fault to FatalError
   std::optional<double> warned_s;   // to the first warning
-  std::size_t by = 0;               // which injection explains the stop
   std::vector<std::string> wrong;   // violations, for a person
 };
 

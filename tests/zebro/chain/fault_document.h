@@ -9,15 +9,12 @@
 
 namespace lss::zebro {
 
-// Rows of each table, in order.
-enum class FaultTable { alone, pairs, one_leg };
-
 // Empty when the row with this number is in the document, except for measurements; else what to do.
 // When writing: keeps the row, always empty.
-std::string check_row(FaultTable table, std::size_t number, const std::string& row);
+std::string check_row(std::size_t number, const std::string& row);
 
-// Empty when the document has the text around the tables and no other rows than so many.
-std::string check_frame(std::size_t alone, std::size_t pairs, std::size_t one_leg);
+// Empty when the document has the text around the table and no other rows than so many.
+std::string check_frame(std::size_t rows);
 
 // Whether rows are kept to be written; and writes them.
 bool writing_faults();
