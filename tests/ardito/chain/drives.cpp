@@ -57,15 +57,12 @@ std::string alarm(const Chain& chain, Healthy& seen) {
   char line[80];
   for (std::size_t i = 0; i < kWheels; ++i) {
     if (c.wheel_failure[i] == gnc::ardito::WheelFailure::none) continue;
-    const bool isolated = gnc::ardito::contains(c.motors_stopped, i);
-    ++(isolated ? seen.isolated : seen.left_out);
     std::snprintf(line, sizeof line, "wheel %zu: %u; ", i + 1,
                   static_cast<unsigned>(c.wheel_failure[i]));
     text += line;
   }
   for (std::size_t i = 0; i < kSteered; ++i) {
     if (c.steering_failure[i] == gnc::ardito::SteeringFailure::none) continue;
-    ++seen.left_out;
     std::snprintf(line, sizeof line, "steering %zu: %u; ", i + 1,
                   static_cast<unsigned>(c.steering_failure[i]));
     text += line;
@@ -82,10 +79,7 @@ std::string alarm(const Chain& chain, Healthy& seen) {
     std::snprintf(line, sizeof line, "%s of %u; ", info(fault.id)->name, fault.subject);
     text += line;
   }
-  if (chain.state() == State::fatal_error) {
-    ++seen.fatal;
-    text += "FatalError; ";
-  }
+  if (chain.state() == State::fatal_error) text += "FatalError; ";
   return text;
 }
 
@@ -179,8 +173,7 @@ void Healthy::add(const Healthy& other) {
   const auto sum = [&](auto... members) { ((this->*members += other.*members), ...); };
   sum(&Healthy::minutes, &Healthy::metres, &Healthy::frames, &Healthy::suspect_frames,
       &Healthy::probe_frames, &Healthy::slip_frames, &Healthy::slowed_frames,
-      &Healthy::slowed_wrong, &Healthy::isolated, &Healthy::left_out, &Healthy::fatal,
-      &Healthy::stuck);
+      &Healthy::slowed_wrong, &Healthy::stuck);
   alarms.insert(alarms.end(), other.alarms.begin(), other.alarms.end());
 }
 

@@ -21,9 +21,6 @@ struct Healthy {
   unsigned long slowed_frames = 0;      // slower than commanded, by slip
   unsigned long slowed_wrong = 0;       // of them: truly its treads lose less than a quarter
   double lost_m_s = 0, treads_m_s = 0;  // true, of all treads, over about a second
-  unsigned isolated = 0;                // wheels without cause
-  unsigned left_out = 0;                // sensors without cause
-  unsigned fatal = 0;
   unsigned stuck = 0;  // stopped as stuck, and truly at less than half the speed of the wheels
   bool is_stuck = false;
   std::vector<std::string> alarms;  // when and what

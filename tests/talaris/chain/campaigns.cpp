@@ -291,9 +291,9 @@ Flown fail(const Failure& failure, unsigned seed, unsigned seeds) {
 namespace {
 
 constexpr const char* kFailureHead =
-    "| failure | phase | should | survived | upright | as planned | of these not | down, m/s: "
-    "median | most | sideways, m/s: median | most | tilt at touchdown, deg: most | reported |\n"
-    "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+    "| failure | phase | should | survived | upright | as planned | down, m/s: median | most | "
+    "sideways, m/s: median | most | tilt at touchdown, deg: most | reported |\n"
+    "|---|---|---|---|---|---|---|---|---|---|---|---|\n";
 
 // A row, printed as it is flown.
 std::string failure_row(std::string_view name, std::string_view phase, std::string_view should,
@@ -301,13 +301,14 @@ std::string failure_row(std::string_view name, std::string_view phase, std::stri
   const auto of = [&](auto get) { return figures(all, get); };
   const Figures down = of([](const Flown& f) { return f.down_m_s; });
   const Figures sideways = of([](const Flown& f) { return f.sideways_m_s; });
+  const unsigned wrongly = count(all, wrong);
   const std::string line = fmt::format(
-      "| {} | {} | {} | {} of {} | {} | {} | {} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.1f} | {} "
-      "|",
+      "| {} | {} | {} | {} of {} | {} | {}{} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.1f} | {} |",
       name, phase, should, count(all, survived), all.size(),
       count(all, [](const Flown& f) { return f.upright(); }),
-      count(all, [](const Flown& f) { return f.succeeded; }), count(all, wrong), down.share(0.5),
-      down.most(), sideways.share(0.5), sideways.most(),
+      count(all, [](const Flown& f) { return f.succeeded; }),
+      wrongly > 0 ? fmt::format(", {} wrongly", wrongly) : "", down.share(0.5), down.most(),
+      sideways.share(0.5), sideways.most(),
       of([](const Flown& f) { return f.contact_tilt_deg; }).most(), reported);
   say(line);
   return line + "\n";

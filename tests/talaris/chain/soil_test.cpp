@@ -110,7 +110,7 @@ std::string cells(const FlightPlan& plan, const std::vector<Flown>& all, bool so
   const Figures after = figures(noticed, [](const Flown& f) { return f.noticed_s; });
   const double depth_m = most(all, [](const Flown& f) { return f.sinkage_m; });
   return fmt::format(
-      "{} of {} | {}, {} | {:.2f}, {:.2f}{} | {} | {} | {:.1f} | {} | {:.0f} |\n",
+      "{} of {} | {}, {} | {:.2f}, {:.2f}{} | {} | {} | {:.1f} | {} |\n",
       count(all, [](const Flown& f) { return f.upright(); }), all.size(),
       count(all, [](const Flown& f) { return f.succeeded; }),
       count(all, [&](const Flown& f) { return told_wrongly(plan, f); }), after.share(0.5),
@@ -123,8 +123,7 @@ std::string cells(const FlightPlan& plan, const std::vector<Flown>& all, bool so
           told, [](const Flown& f) { return f.down_m_s - f.told_down_m_s; },
           [](const Flown& f) { return f.sideways_m_s - f.told_sideways_m_s; }),
       most(all, [](const Flown& f) { return f.ground_tilt_deg; }),
-      soil ? fmt::format("{:.0f}", 1e3 * depth_m) : "-",
-      most(all, [](const Flown& f) { return f.run_s; }));
+      soil ? fmt::format("{:.0f}", 1e3 * depth_m) : "-");
 }
 
 TEST(TalarisSoil, Results) {
@@ -146,11 +145,10 @@ TEST(TalarisSoil, Results) {
       "on; *over a hole*: from then on it reads\n0.7 m too much. *Noticed*: after the first foot "
       "was "
       "in the ground. At most: speeds at touchdown; by how much the daemon's are\nlower (*told "
-      "less*: down, sideways); tilt since touchdown; depth of a pad in the end; time from execute "
-      "to the end.\n\n"
+      "less*: down, sideways); tilt since touchdown; depth of a pad in the end.\n\n"
       "| flight, ground | upright | as planned, wrongly | noticed, s: median, most | down, "
-      "sideways, m/s | told less, m/s | tilt, deg | depth, mm | time, s |\n"
-      "|---|---|---|---|---|---|---|---|---|\n",
+      "sideways, m/s | told less, m/s | tilt, deg | depth, mm |\n"
+      "|---|---|---|---|---|---|---|---|\n",
       testing_support::stamp(LSS_SOIL_DOCUMENT), kSeeds);
   std::string failures;
   for (const Row& row : rows) {
