@@ -301,14 +301,13 @@ const std::vector<FailureMode> kWheels = {
     {"gear_coupling_lost", "7.1.3", "", "as `clutch_open`", "wheel out; `wheel_clutch`",
      taken_out("TRG:4:1", faults::wheel_clutch, 6)},
     {"no_grip", "7.1.4, 7.1.5", "grousers without grip, rover blocked",
-     "wheels faster than the rover by the IMU (slip) while motors push or it does not turn as "
-     "steered",
-     "event `slip_begun`, slip in telemetry, odometry by the IMU; above `slip_limit` for 1.2 s "
-     "safe stop, `rover_stuck`",
+     "[slip](gnc-ardito.md#slip-or-a-wrong-imu)",
+     "event `slip_begun`, odometry by the IMU; above `slip_limit` for 1.2 s safe stop, "
+     "`rover_stuck`",
      blocked},
     {"wheel_embedded", "7.1.4", "one wheel digs itself in",
-     "lower than the plane of the others by `sink_limit_m`, its motor pushes harder, and speed is "
-     "lost, 0.4 s; **not** less deep, nor without an IMU or suspension angles",
+     "[depth, load and slip](gnc-ardito.md#one-wheel-digs-itself-in), 0.4 s; **not** less deep, "
+     "nor without an IMU or suspension angles",
      "safe stop, `wheel_embedded`; the way back is free", embedded},
     {"", "7.1.4 to 7.1.9", "torn grouser; skin, cylinders, hub, slewing ring", "mechanical", ""},
     {"motor_encoder_dead", "7.1.10", "",
@@ -358,13 +357,13 @@ const std::vector<FailureMode> kRockerModes = {
     {"torsion_bar_impossible", "7.3.1", "encoder wrong", "beyond the range of the suspension",
      "the same, while it lasts", rocker("rocker-encoder:1:2")},
     {"torsion_bar_wrong", "7.3.1", "encoder wrong, plausible",
-     "mean over 20 m one way above 0.04 rad: wheels of a side roll over the same ground; **not** "
-     "a smaller error, nor on shorter ways (the thesis: needs a second encoder)",
-     "no correction, no wheel counts as dug in, while it lasts; `rocker_lost`. Before, a wheel may "
-     "seem lower or higher by 13 mm for each 0.01 rad: `wheel_embedded` without cause, or not",
+     "[mean over 20 m](gnc-ardito.md#suspension); **not** a smaller error, nor on shorter ways "
+     "(the thesis: needs a second encoder)",
+     "no correction, no wheel counts as dug in, while it lasts; `rocker_lost`. Before, "
+     "`wheel_embedded` without cause, or not",
      wrong_angle("encoder-jump:0x20:1:900")},
-    {"bogie_wrong", "7.3.2", "encoder wrong, plausible", "the same, above 0.08 rad",
-     "the same; 5 mm for each 0.01 rad", wrong_angle("encoder-jump:0x20:3:-1800")},
+    {"bogie_wrong", "7.3.2", "encoder wrong, plausible", "the same", "the same",
+     wrong_angle("encoder-jump:0x20:3:-1800")},
     {"left_bogie_jumps", "7.3.2", "encoder jumps", "0.5 rad in a frame", "as `torsion_bar_jumps`",
      rocker("rocker-encoder:2:0.8")},
     {"right_bogie_jumps", "7.3.2", "encoder jumps", "the same", "the same",
@@ -406,8 +405,8 @@ const std::vector<FailureMode> kSensorModes = {
     {"imu_stuck", "7.7.1", "manual drive", "standing counter", "the same",
      [] { return imu("imu-stuck", false); }},
     {"imu_wrong", "7.7.1", "manual drive",
-     "velocity against the inverse model of agreeing wheels, unless load and yaw rate mean slip; "
-     "small errors of direction look like sliding on a slope",
+     "[velocity against that of agreeing wheels](gnc-ardito.md#slip-or-a-wrong-imu); small errors "
+     "of direction look like sliding on a slope",
      "the same", [] { return imu("imu-jump:800", false); }},
     {"imu_silent_autonomous", "7.7.2", "", "as in manual drive",
      "safe stop, back to manual; `imu_lost`", [] { return imu("imu-silent", true); }},
