@@ -144,13 +144,17 @@ std::string markdown(const Figures& figures, const Machine& machine, const std::
       "| load average at the start | {} |\n\n",
       command, machine.date, machine.cpus, machine.cpu, machine.kernel, machine.preemption,
       machine.governor, machine.load);
-  const std::vector<std::string> remarks = notes(figures);
+  Figures shown;  // the others only explain these
+  for (const Figure& f : figures) {
+    if (f.failed || f.met() || !std::isfinite(f.value)) shown.push_back(f);
+  }
+  const std::vector<std::string> remarks = notes(shown);
   const auto rows = [&](const char* title, bool open) {
     text += fmt::format(
         "## {}\n\n| figure | value | reference | ratio | A/A | goal "
         "|\n|---|---:|---:|---:|---:|---|\n",
         title);
-    for (const Figure& f : figures) {
+    for (const Figure& f : shown) {
       if ((f.failed || f.met().value_or(Met::yes) != Met::yes) != open) continue;
       const auto note = std::find(remarks.begin(), remarks.end(), f.remark()) - remarks.begin() + 1;
       text += fmt::format("| {}, {}{}{} | {} | {} | {} | {} | {} |\n", f.row, f.name,
@@ -162,7 +166,7 @@ std::string markdown(const Figures& figures, const Machine& machine, const std::
     text += '\n';
   };
   rows("Goals that are not met, or undecided", true);
-  rows("Goals that are met, and figures without a goal", false);
+  rows("Goals that are met, and figures that were not measured", false);
   text += "## Notes\n\n";
   for (std::size_t i = 0; i < remarks.size(); ++i)
     text += fmt::format("{}. {}\n", i + 1, remarks[i]);
