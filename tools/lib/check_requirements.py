@@ -9,7 +9,7 @@ COUNTS = {"Func": 5, "Miss": 3, "P-Int": 2, "S-Int": 2, "O-Int": 4, "Env": 3, "O
           "Des": 3, "Ver": 3}
 IDS = [f"{kind}-{number}" for kind, count in COUNTS.items() for number in range(1, count + 1)]
 DOCUMENT = "docs/requirements.md"
-VERDICT = re.compile(r"- Priority ([123])\. Thesis: (fulfilled|partially|not|unknown)\. Here: \*\*(met|partly|not met)\*\*")
+VERDICT = re.compile(r"- ([123]), (fulfilled|partially|not|unknown), \*\*(met|partly|not met)\*\*")
 
 KIND = "|".join(kind.replace("-", "_") for kind in COUNTS)
 ID_IN_NAME = re.compile(rf"(?:^|_)({KIND})_(\d+)(?=_|$)")
@@ -124,7 +124,7 @@ def check_verdicts(entries):
     verdicts = {id_: entry.verdict for id_, entry in entries.items()}
     for id_, verdict in verdicts.items():
         if not verdict:
-            fault(DOCUMENT, entries[id_].line, f"{id_}: no line like '- Priority 1. Thesis: partially. Here: **met**'")
+            fault(DOCUMENT, entries[id_].line, f"{id_}: no line like '- 1, partially, **met**'")
     good = {id_: verdict for id_, verdict in verdicts.items() if verdict}
     thesis, here = [v[2] for v in good.values()], [v[3] for v in good.values()]
     for who, counts in (("thesis", (thesis.count("fulfilled"), thesis.count("partially"),

@@ -17,7 +17,7 @@ def good():
     tests = {id_: "`Rest.All`" for id_ in IDS}
     tests |= {"Func-1": "`Walk.Walks_Func_1`,\n`Walk.Any`", "Func-2": "`e2e.walk.goes`", "Func-3": "`a_rule`",
               "Func-4": "`tests/core/`"}
-    entries = [f"### {id_}\nText.\n\n- Priority {1 if id_ in ('Prod-6', 'Func-1') else 2}. Thesis: not. Here: **met**.\n"
+    entries = [f"### {id_}\nText.\n\n- {1 if id_ in ('Prod-6', 'Func-1') else 2}, not, **met**.\n"
                f"- Tests: {tests[id_]}\n" for id_ in IDS]
     rest = "".join(f"[{id_}] " for id_ in IDS if id_ not in ("Func-1", "Func-2", "Func-3"))
     return {
@@ -68,9 +68,9 @@ expect_fault(DOCUMENT, "Tests: `a_rule`", "Tests: `no_rule`", "there is no test 
 expect_fault(DOCUMENT, "Tests: `a_rule`", "Tests: `a_rule`, `Rest.All`", "Rest.All does not carry it")
 expect_fault(DOCUMENT, "`tests/core/`", "`tests/lc/`", "Func-4: no test in tests/lc/ carries it")
 expect_fault(DOCUMENT, "`Walk.Walks_Func_1`,\n", "", "Walk.Walks_Func_1 carries Func-1: name it there")
-expect_fault(DOCUMENT, "Thesis: not. Here: **met**", "Here: **met**", "Func-1: no line like")
+expect_fault(DOCUMENT, "not, **met**", "**met**", "Func-1: no line like")
 expect_fault(DOCUMENT, "| here | 44 | 0 | 0 |", "| here | 43 | 1 | 0 |", "| here | 44 | 0 | 0 |")
-expect_fault(DOCUMENT, "Priority 1. Thesis: not. Here: **met**", "Priority 1. Thesis: not. Here: **partly**",
+expect_fault(DOCUMENT, "1, not, **met**", "1, not, **partly**",
              "Prod-6 is not met while these are open: Func-1")
 expect_fault(CPP, "Walks_Func_1", "Walks_Func_9", "carries Func-9, which")
 expect_fault(CPP, "// [Func-1]", "// [Func-9]", "carries Func-9, which")
