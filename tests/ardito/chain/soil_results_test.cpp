@@ -166,14 +166,13 @@ TEST(ArditoSoil, FalseAlarms) {
     std::fflush(stdout);
   });
   std::string text = fmt::format(
-      "The daemon's chain over regolith, and on hard ground to compare, nothing broken, all noise "
-      "on: 0.5 m/s ahead, 0.3 m/s back, straight\nand in curves of 3 deg, a stop and a turn on the "
-      "spot each minute; seeds {} to {}; {:.0f} minutes over regolith; rocks: on {:.0f} % of the\n"
-      "square metres, 10 to 60 mm high. On the Moon `mobility.slip_load` is 0.03: motors push with "
-      "the "
-      "weight. *Stuck*: stopped as stuck, and truly\nslower than half the speed of its wheels. "
-      "*Slowed*: by slip, frames; *wrongly*: of them those in which the treads truly lose less\n"
-      "than a quarter of their speed.\n\n"
+      "Over regolith, and on hard ground to compare, nothing broken, all noise on: drives as in "
+      "[ardito-results.md](ardito-results.md#false-alarms);\nseeds {} to {}; {:.0f} minutes over "
+      "regolith; rocks: on {:.0f} % of the square metres, 10 to 60 mm high. On the Moon "
+      "`mobility.slip_load`\nis 0.03. *Stuck*: stopped as stuck, and truly slower than half the "
+      "speed of its wheels. *Slowed*: by slip, frames; *wrongly*: of\nthem those in which the "
+      "treads "
+      "truly lose less than a quarter of their speed.\n\n"
       "| place | minutes | way, m | frames with a suspicion | with slip | slowed | wrongly | with "
       "a clutch probe | stuck |\n|---|---|---|---|---|---|---|---|---|\n",
       kNewSeeds, kNewSeeds + kSeeds - 1, minutes, kRocks * 100);
