@@ -41,7 +41,7 @@ constexpr Cause kCauses[] = {
 
 class TalarisAlone : public testing::TestWithParam<Cause> {};
 
-// LSS_SEEDS_ALONE=100: as many as docs/gnc-talaris.md has.
+// LSS_SEEDS_ALONE=100: so many seeds of each cause.
 TEST_P(TalarisAlone, IsFlownUpright) {
   const char* wanted = std::getenv("LSS_SEEDS_ALONE");
   const unsigned seeds = wanted == nullptr ? 12 : static_cast<unsigned>(std::atoi(wanted));
