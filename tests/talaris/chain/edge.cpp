@@ -242,7 +242,7 @@ std::string wide_section(unsigned seeds) {
 {:.0f} mm in height and {:.1f} mm sideways, each valve {:.0f} %, each fan {:.0f} % and its lag {:.0f} %, tanks up to {:.0f} % short, pressure up to {:.0f} % less
 for each further open valve and {:.0f} % with the last gas, fan torque {:.0f} mN m a N and {:.0f} %, rotors {:.0e} kg m2, IMU scale {:.1f} % sigma, mounting {:.0f} mrad
 sigma, axes {:.1f} mrad sigma, vibration up to {:.1f} m/s2, altimeter {:.0f} mm and up to {:.0f} ms late, slope up to {:.0f} deg, wind up to {:.1f} m/s with gusts
-of up to {:.1f} m/s more in air of {:.1f} kg/m3, one frame in fifty up to 10 ms late.
+of up to {:.1f} m/s more (both in any direction) in air of {:.1f} kg/m3, one frame in fifty up to 10 ms late.
 
 )",
       seeds, 100 * kWide.mass, 100 * kWide.inertia, 1e3 * kWide.cg_x_m, 1e3 * kWide.cg_m,
