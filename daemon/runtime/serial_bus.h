@@ -88,6 +88,7 @@ class SerialLine {
     port_.close();
     wire_.close();
     pending_ = {};
+    more_ = false;
   }
   bool is_open() const noexcept { return port_.is_open(); }
   int fd() const noexcept { return port_.fd(); }
@@ -96,18 +97,21 @@ class SerialLine {
   }
   // While the kernel's queue is full the driver is not called, so its wake time does not count.
   TimeNs next_wake() const noexcept {
+    if (more_) return 0;
     return pending_.empty() ? driver_.next_wake() : blocked_ns_ + kBlockedLimit;
   }
   bool coming() noexcept { return wire_.coming(); }
 
   bool serve(bool readable, TimeNs now) noexcept {
     std::array<typename ByteOf<Driver>::Type, 512> bytes;
-    while (readable) {
+    more_ = more_ || readable;  // bounded: a flood must not delay the orders
+    for (std::size_t taken = 0; more_ && taken < kMostBytes;) {
       const SerialPort::Transfer in = port_.read(bytes);
       if (in.lost) return false;
       driver_.receive(std::span(bytes.data(), in.bytes), now);
       wire_.took(in.bytes);
-      readable = in.bytes == bytes.size() || wire_.awaits(port_.fd());  // else poll reports
+      taken += in.bytes;
+      more_ = in.bytes == bytes.size() || wire_.awaits(port_.fd());  // else poll reports
     }
     for (;;) {
       if (pending_.empty()) {
@@ -133,6 +137,7 @@ class SerialLine {
 
  private:
   static constexpr TimeNs kBlockedLimit = 100 * kMillisecond;
+  static constexpr std::size_t kMostBytes = 2048;  // in one turn: 20 ms of a line of 1 Mbaud
 
   Driver driver_;
   SerialSettings settings_;
@@ -140,6 +145,7 @@ class SerialLine {
   lockstep::Wire wire_{lockstep::Wire::Side::daemon};
   std::span<const std::uint8_t> pending_;
   TimeNs blocked_ns_ = 0;  // since when pending_ waits
+  bool more_ = false;      // bytes were left
 };
 
 template <class Driver, class Parameters, class Orders, class Reply, class Counters>

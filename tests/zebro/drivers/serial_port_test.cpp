@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <stdlib.h>
+#include <sys/ioctl.h>
 #include <sys/wait.h>
 #include <termios.h>
 #include <unistd.h>
@@ -240,6 +241,41 @@ TEST(SerialLine, ReportsRepliesThatTheThreadDroppedWithThoseOfTheDriver) {
   decltype(line)::Report report;
   line.describe(report, 3);
   EXPECT_EQ(report.counters.overflows, 5u);
+}
+
+// A driver that only listens.
+struct Quiet : Talkative {
+  using Talkative::Talkative;
+  void receive(std::span<const std::uint8_t> more, TimeNs) noexcept { received += more.size(); }
+  std::span<const std::uint8_t> transmit(TimeNs) noexcept { return {}; }
+  TimeNs next_wake() const noexcept { return kSecond; }
+  std::size_t received = 0;
+};
+
+// Whether the kernel passes on so many bytes within 2 s, all at once.
+bool wait_together(int fd, int count) {
+  int bytes = 0;
+  for (int ms = 0; bytes != count && ms < 2000; ++ms) {
+    ::poll(nullptr, 0, 1);
+    if (::ioctl(fd, FIONREAD, &bytes) != 0) return false;
+  }
+  return bytes == count;
+}
+
+TEST(SerialLine, LeavesTheRestOfAFloodForItsNextTurn) {
+  Pty pty;
+  SerialLine<Quiet, int, int, int, int> line(0, {.path = pty.path()});
+  ASSERT_EQ(line.open(), Status::ok);
+  const Bytes flood(3072, 0x55);
+  ASSERT_EQ(::write(pty.fd(), flood.data(), flood.size()), 3072);
+  ASSERT_TRUE(wait_together(line.fd(), 3072));
+
+  EXPECT_TRUE(line.serve(true, kMillisecond));
+  EXPECT_EQ(line.driver().received, 2048u);
+  EXPECT_EQ(line.next_wake(), 0) << "its next turn is at once";
+  EXPECT_TRUE(line.serve(false, kMillisecond));
+  EXPECT_EQ(line.driver().received, flood.size());
+  EXPECT_EQ(line.next_wake(), kSecond) << "nothing is left";
 }
 
 TEST(SerialPort, HangUpIsSeenByReadAndWrite) {
