@@ -63,6 +63,11 @@ class BadConfiguration(Scenario):
         self.assertIn("[link] obc_timeout_s is 5: a silent OBC would break off a safe stop", said)
         self.assertIn("at least 10.2", said)
 
+    def test_frames_too_long_to_see_a_leg_that_stands_still_are_refused(self):
+        said = self.refuse(self.write_config(period_ms="70"), code=78)
+        self.assertIn("[frame] period_ms is 70: a leg that stands still would not be found", said)
+        self.assertIn("at most 50", said)
+
     def test_a_command_line_with_errors_is_not_tried_again(self):
         no_restart = 78  # RestartPreventExitStatus= of systemd/lssd@.service.in
         for words, domain, named in [(["--bogus"], "7", "--bogus"), ([], "7", "--config"), (["--config"], "7", "--config"),

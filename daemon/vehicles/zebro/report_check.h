@@ -11,6 +11,9 @@
 
 namespace lss::zebro {
 
+// Of frames. With longer ones every status is too old to show that a leg stands still.
+inline constexpr TimeNs kLongestPeriod = 50 * kMillisecond;
+
 class ReportCheck {
  public:
   enum class Finding : std::uint8_t {

@@ -248,11 +248,11 @@ class Buses final : public kit::OnePort<Vehicle, LegSerialBus> {
 
   Buses(const config::Config& config, const Parameters& parameters);
 
-  // A link that would break off a safe stop.
-  const std::string& wrong_configuration() const { return wrong_link_; }
+  // Frames that are too long, or a link that would break off a safe stop.
+  const std::string& wrong_configuration() const { return wrong_times_; }
 
  private:
-  std::string wrong_link_;
+  std::string wrong_times_;
 };
 
 }  // namespace lss::zebro

@@ -29,8 +29,14 @@ SerialSettings settings(const config::Config& config) {
   return {.path = port.path, .baud = static_cast<int>(port.baud), .half_duplex = port.half_duplex};
 }
 
-// What is wrong with [link] and these times, or "".
-std::string wrong_link(const config::Config& config, const Parameters& parameters) {
+// What is wrong with [frame], or with [link] and these times, or "".
+std::string wrong_times(const config::Config& config, const Parameters& parameters) {
+  if (config.period_ns > kLongestPeriod) {
+    return fmt::format(
+        "[frame] period_ms is {:.4g}: a leg that stands still would not be found; it must be at "
+        "most {}",
+        static_cast<double>(config.period_ns) * 1e-6, kLongestPeriod / kMillisecond);
+  }
   if (check_stop(parameters) == nullptr) return "";
   const double least_s = safe_stop_s(parameters) + static_cast<double>(config.lease_min_ms) * 1e-3;
   return fmt::format(
@@ -43,7 +49,7 @@ std::string wrong_link(const config::Config& config, const Parameters& parameter
 
 Buses::Buses(const config::Config& config, const Parameters& parameters)
     : OnePort(legs_port(config), bus_parameters(config, parameters.bus), settings(config)),
-      wrong_link_(wrong_link(config, parameters)) {}
+      wrong_times_(wrong_times(config, parameters)) {}
 
 }  // namespace lss::zebro
 
