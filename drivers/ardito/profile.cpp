@@ -112,18 +112,21 @@ void add_written(const canopen::Description& d, Profile& p, std::vector<std::str
   }
 }
 
-// Without these a drive would go on when the master is lost, or in another mode.
+// Without these a drive would go on or roll when the master is lost, roll after a quick stop, or be
+// in another mode.
 void check_drive(const canopen::Description& d, unsigned mode, std::vector<std::string>& errors) {
   const auto value = [&](std::uint16_t index) -> std::int64_t {
     const canopen::DescribedObject* object = d.find(index, 0);
     return object != nullptr && object->value ? static_cast<std::int64_t>(*object->value) : -1;
   };
-  if (value(canopen::kAbortConnection) < 1 || value(canopen::kAbortConnection) > 3)
+  if (value(canopen::kAbortConnection) != 3)
     errors.push_back(
-        "object 0x6007 needs a ParameterValue of 1 to 3: the drive would go on when the master is "
-        "lost");
-  if (value(canopen::kQuickStopOption) < 0)
-    errors.push_back("object 0x605A needs a ParameterValue: what a quick stop is");
+        "object 0x6007 needs the ParameterValue 3, quick stop: with another one the drive goes on "
+        "or rolls when the master is lost");
+  if (value(canopen::kQuickStopOption) < 5 || value(canopen::kQuickStopOption) > 8)
+    errors.push_back(
+        "object 0x605A needs a ParameterValue of 5 to 8, stop and hold: with another one the drive "
+        "rolls after a quick stop");
   if (value(canopen::kModeOfOperation) != mode)
     errors.push_back("object 0x6060 needs the ParameterValue " + std::to_string(mode) +
                      (mode == 3 ? ", profile velocity" : ", profile position"));

@@ -117,6 +117,29 @@ TEST(Description, AProfileSaysWhatADriveLacks) {
             std::string::npos);
 }
 
+// CiA 402: 0x6007 0 nothing, 1 fault, 2 off, 3 quick stop; 0x605A 0 off at once, 1 to 4 off when it
+// stands, 5 to 8 holds.
+TEST(Description, ADriveThatWouldGoOnOrRollAtAStopIsRefused) {
+  for (const Kind kind : {Kind::wheel, Kind::steering}) {
+    const auto with = [&](const std::string& as_shipped, int value) {
+      return errors_of(altered(shipped(kind), as_shipped + "\nParameterValue=",
+                               as_shipped + "\nParameterValue=" + std::to_string(value) + "\n;"),
+                       kind);
+    };
+    const std::string abort_connection = "DefaultValue=1", quick_stop = "DefaultValue=2";
+    for (const int value : {-1, 0, 1, 2, 4})
+      EXPECT_NE(with(abort_connection, value).find("0x6007 needs the ParameterValue 3"),
+                std::string::npos)
+          << value;
+    for (const int value : {-1, 0, 1, 2, 3, 4, 9})
+      EXPECT_NE(with(quick_stop, value).find("0x605A needs a ParameterValue of 5 to 8"),
+                std::string::npos)
+          << value;
+    EXPECT_EQ(with(abort_connection, 3), "");
+    for (const int value : {5, 6, 7, 8}) EXPECT_EQ(with(quick_stop, value), "") << value;
+  }
+}
+
 // As manufacturers publish them: with every section of CiA 306, ends of lines of DOS.
 std::string published() {
   std::ifstream file(LSS_PUBLISHED_EDS, std::ios::binary);
