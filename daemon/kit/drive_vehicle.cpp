@@ -95,6 +95,7 @@ void DriveVehicle::supervise(bool overrun_limit, Supervisor& s) noexcept {
   if (overrun_limit && operational) s.raise(FaultId::frame_overrun);
   s.check_stop(bus_.time_ns != 0 && bus_.all_stop_pending);
   port_.watch(bus_, bus_.status.counters.safe_commands, bus_.port.bus_offs, now_ns_, s);
+  port_.watch_masters(bus_.status.counters.master.other_masters, now_ns_, s);
   const auto link = [this](std::size_t i) -> const canopen::DriveLink& {
     return bus_.status.link[i];
   };

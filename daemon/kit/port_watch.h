@@ -10,6 +10,7 @@ namespace lss::kit {
 class PortWatch {
  public:
   static constexpr TimeNs kBusStuckAfter = 200 * kMillisecond;
+  static constexpr TimeNs kMasterGone = 10 * kSecond;  // nothing of another master for so long
 
   // In every frame. Report: of the bus thread (daemon/runtime/can_bus.h, serial_bus.h); its counts
   // of stops by itself, orders being stale, and of bus-offs. `airborne`: a port that closes is
@@ -32,6 +33,18 @@ class PortWatch {
     }
   }
 
+  // In every frame, of a CANopen bus: how many frames came that only its master may send.
+  void watch_masters(std::uint64_t frames, TimeNs now, Supervisor& s) noexcept {
+    if (frames > master_frames_) {
+      master_ns_ = now;
+      s.latch(FaultId::other_master);
+    } else if (master_ns_ != 0 && now - master_ns_ > kMasterGone) {
+      master_ns_ = 0;
+      s.clear(FaultId::other_master);
+    }
+    master_frames_ = frames;
+  }
+
   // The bus thread: what it reported last is old, and orders reach nobody.
   template <class Report>
   static bool stands_still(const Report& bus, TimeNs now) noexcept {
@@ -42,7 +55,7 @@ class PortWatch {
 
   template <class V>
   void keep(V& v) {
-    v(open_, reported_, opened_ns_, stops_, offs_);
+    v(open_, reported_, opened_ns_, stops_, offs_, master_frames_, master_ns_);
   }
 
  private:
@@ -63,7 +76,8 @@ class PortWatch {
 
   bool open_ = false, reported_ = false;
   TimeNs opened_ns_ = 0;
-  std::uint64_t stops_ = 0, offs_ = 0;
+  std::uint64_t stops_ = 0, offs_ = 0, master_frames_ = 0;
+  TimeNs master_ns_ = 0;  // when another master was heard last; 0: it is gone
 };
 
 }  // namespace lss::kit

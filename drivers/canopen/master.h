@@ -90,7 +90,7 @@ struct MasterCounters {
   std::uint64_t syncs_skipped = 0;   // the thread was too late for them
   std::uint64_t unknown_nodes = 0;   // frames of nodes that are not configured
   std::uint64_t unknown_frames = 0;  // of no service used here; extended, remote, wrong length
-  std::uint64_t other_masters = 0;   // NMT, SYNC or heartbeats that only we may send
+  std::uint64_t other_masters = 0;   // frames that only we may send
   std::uint64_t overflows = 0;       // samples that were not taken
 };
 

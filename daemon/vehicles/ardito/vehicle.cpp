@@ -448,7 +448,8 @@ bool Vehicle::describe(const lss::Inputs<Vehicle>& in, const SupervisorState& st
   out.bus_frames_sent = bus_.port.sent;
   out.bus_frames_received = bus_.port.received;
   out.bus_frames_dropped = bus_.port.foreign + bus_.port.cannelloni.broken() +
-                           rover.master.unknown_nodes + rover.master.unknown_frames;
+                           rover.master.unknown_nodes + rover.master.unknown_frames +
+                           rover.master.other_masters;
   out.bus_overflows = bus_.port.overflows + bus_.port.dropped_full + rover.overflows;
   out.bus_offs = bus_.port.bus_offs;
   return data_requested_;

@@ -70,6 +70,7 @@ void Vehicle::watch(const lss::Inputs<Vehicle>& in, Supervisor& s) noexcept {
 void Vehicle::watch_bus(const BusReport& bus, Supervisor& s) noexcept {
   s.check_stop(bus.time_ns != 0 && bus.all_stop_pending);
   port_.watch(bus, bus.status.counters.safe_commands, bus.port.bus_offs, now_ns_, s);
+  port_.watch_masters(bus.status.counters.master.other_masters, now_ns_, s);
 }
 
 void Vehicle::watch_nodes(Supervisor& s) noexcept {

@@ -148,10 +148,10 @@ void Vehicle::describe_modules(Telemetry& out) const noexcept {
   out.can_port_open = can.open;
   out.bus_frames_sent = can.port.sent;
   out.bus_frames_received = can.port.received;
-  out.bus_frames_dropped = can.port.foreign + can.port.cannelloni.broken() +
-                           can.status.counters.master.unknown_nodes +
-                           can.status.counters.master.unknown_frames + can.port.overflows +
-                           can.port.dropped_full + can.status.counters.overflows;
+  out.bus_frames_dropped =
+      can.port.foreign + can.port.cannelloni.broken() + can.status.counters.master.unknown_nodes +
+      can.status.counters.master.unknown_frames + can.status.counters.master.other_masters +
+      can.port.overflows + can.port.dropped_full + can.status.counters.overflows;
   // Samples of the sensors' lines, too: a queue was full, or radiation damaged them.
   for (const LineReport* line : {&bus_.imu, &bus_.altimeter, &bus_.camera, &bus_.standby})
     out.bus_frames_dropped += line->status.counters.overflows;

@@ -53,6 +53,7 @@ void Vehicle::warn(bool wrong, bool& told, FaultId id, std::uint16_t subject,
 
 void Vehicle::watch_bus(const HopperCan::Report& bus, Supervisor& s) noexcept {
   port_.watch(bus, bus.status.counters.safe_commands, bus.port.bus_offs, now_ns_, s, s.airborne());
+  port_.watch_masters(bus.status.counters.master.other_masters, now_ns_, s);
 }
 
 // ---- nodes

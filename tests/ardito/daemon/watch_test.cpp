@@ -131,6 +131,21 @@ TEST(ArditoWatch, AWheelThatDoesNotObeyAStopHasItsNodeResetAndIsNotIsolated) {
   EXPECT_TRUE(w.run_until(State::idle, 60));
 }
 
+TEST(ArditoWatch, AnotherMasterOnTheBusIsAWarningUntilItHasBeenSilentFor10Seconds) {
+  World w;
+  w.run(1);
+  EXPECT_FALSE(w.has(FaultId::other_master));
+  ++w.in_.bus.status.counters.master.other_masters;
+  w.run(0.2);
+  EXPECT_TRUE(w.has(FaultId::other_master));
+  EXPECT_EQ(w.state(), State::idle);
+  EXPECT_EQ(w.out_.telemetry.bus_frames_dropped, 1u);
+  w.run(9.5);
+  EXPECT_TRUE(w.has(FaultId::other_master));
+  w.run(1);
+  EXPECT_FALSE(w.has(FaultId::other_master));
+}
+
 // The frame wakes a little after its T_k and knows of heartbeats since.
 TEST(ArditoWatch, ANodeHeardAfterTheBoundaryWasHeardNow) {
   World w;

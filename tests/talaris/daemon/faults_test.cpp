@@ -405,6 +405,18 @@ TEST(TalarisAirFault, WhyTheLastHopWasCutShortIsForgottenWhenTheNextBegins) {
   EXPECT_FALSE(w.has(faults::hop_shortened, kValveModule));
 }
 
+TEST(TalarisFaults, AnotherMasterOnTheBusIsAWarningUntilItHasBeenSilentFor10Seconds) {
+  World w;
+  w.run(1);
+  ++w.in_.bus.can.status.counters.master.other_masters;
+  w.run(0.4);
+  EXPECT_TRUE(w.has(FaultId::other_master));
+  EXPECT_EQ(w.state(), State::idle);
+  EXPECT_EQ(w.out_.telemetry.bus_frames_dropped, 1u);
+  w.run(11);
+  EXPECT_FALSE(w.has(FaultId::other_master));
+}
+
 // ---- solving
 
 TEST(TalarisSolve, ANodeThatStaysAwayIsResetAndComesBack) {
