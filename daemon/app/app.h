@@ -21,7 +21,8 @@ class App {
 
   // DDS first, then memory, then the real-time threads. The error says what to do.
   virtual tl::expected<void, std::string> start() = 0;
-  // Sends the safe command, then ends all threads. Bounded.
+  // Sends the safe command, then ends all threads. Bounded: a flight lands, or ends by its own
+  // limits.
   virtual void stop() = 0;
 
   // The turns of every thread, the frame's first: the watchdog is fed only while that one advances.

@@ -50,6 +50,7 @@
 #include "daemon/runtime/clock.h"
 #include "daemon/runtime/command_port.h"
 #include "daemon/runtime/frame_engine.h"
+#include "daemon/runtime/service_manager.h"
 #include "daemon/runtime/thread.h"
 
 namespace lss {
@@ -160,8 +161,7 @@ class Runtime final : public App {
   void stop() override {
     if (threads_.empty()) return;
     shut_down_ = true;
-    // A flying vehicle lands first, within the time that the service manager allows.
-    await(now_ns() + kLandingTime, config_.period_ns, [this] { return !airborne_; });
+    land();
     const std::uint64_t last = engine_->frames() + kShutDownFrames;
     await(now_ns() + kSecond, config_.period_ns, [&] { return engine_->frames() >= last; });
     engine_->stop();
@@ -187,7 +187,6 @@ class Runtime final : public App {
   const char* restart_reason() const override { return publisher_.restart_reason(); }
 
  private:
-  static constexpr TimeNs kLandingTime = 25 * kSecond;  // less than TimeoutStopSec of the unit
   // For the safe command to reach every module.
   static constexpr std::uint64_t kShutDownFrames = 10;
   static constexpr TimeNs kStandstill = 3 * kSecond;  // of simulated time, by the machine's clock
@@ -202,6 +201,17 @@ class Runtime final : public App {
       return tl::unexpected(std::string(
           "the frame thread does not run: check the CPU numbers and priorities in [realtime]"));
     return {};
+  }
+
+  // A flying vehicle lands first, however long that takes: its flight has limits of its own. The
+  // service manager gives the time, if it is asked again and again. Without frames it cannot land.
+  void land() {
+    constexpr TimeNs kFrameless = 3 * kSecond;
+    for (std::uint64_t seen = 0; airborne_ && engine_->frames() != seen;) {
+      seen = engine_->frames();
+      tell_service_manager("EXTEND_TIMEOUT_USEC=10000000");
+      await(now_ns() + kFrameless, config_.period_ns, [this] { return !airborne_; });
+    }
   }
 
   // Looks every `step`. Simulated time may have ended, or stand still: it waits for a client, or

@@ -6,6 +6,8 @@ import io
 import itertools
 import os
 import signal
+import socket
+import threading
 import unittest
 
 from hopper_rig import Hopper
@@ -91,6 +93,40 @@ class Talaris(Hopper):
         self.assertEqual(daemon.wait(40), 0)
         self.rests()
         self.assert_soft(self.landing())
+
+    def test_a_daemon_that_is_terminated_asks_for_time_until_the_slowest_landing_is_over(self):
+        """Half a minute down by fans. systemd, in whose place this listens, waits 30 s unless it is asked for more."""
+        heard = []
+        path = os.path.join(self.folder, "notify")
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
+            manager.bind(path)
+
+            def listen():
+                while not heard or heard[-1]:
+                    heard.append(manager.recv(1024))
+            listener = threading.Thread(target=listen)
+            listener.start()
+            try:
+                self.start_sim()
+                config = self.write_config(parachute_m_s="0.1", max_run_s="120.0")
+                daemon = self.start_daemon(config, NOTIFY_SOCKET=path)
+                self.wait_modules()
+                client = self.begin_cli("--jsonl", "hop", "--arm", "--height", "3.5", "--distance", "20", name="hop")
+                self.wait_phase("traverse", 90, client)
+                self.fault("node-silent:0x20")
+                self.wait_phase("parachute", 20, client)
+                self.assertGreater(self.true_height(), 2.7)
+                daemon.signal(signal.SIGTERM)
+                self.assertEqual(daemon.wait(120), 0)
+            finally:
+                with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as last:
+                    last.sendto(b"", path)
+                listener.join()
+        self.assertGreater(heard.count(b"EXTEND_TIMEOUT_USEC=10000000"), 5)
+        self.rests()
+        result = self.landing()
+        self.assertLess(result["sink_m_s"], 1.5)
+        self.assertGreater(result["upright"], 0.95)
 
     def test_an_emergency_stop_in_flight_and_in_a_script_shuts_everything_at_once(self):
         self.start_all()
