@@ -459,7 +459,7 @@ void Runtime<Vehicle, Buses>::isolate_as_before() noexcept {
 template <class Vehicle, class Buses>
 void Runtime<Vehicle, Buses>::save_isolation() noexcept {
   const std::uint16_t isolated = supervisor_.controller().isolated;
-  if (isolation_of_ == nullptr || isolated == isolated_) return;
+  if (isolation_of_ == nullptr || isolated == isolated_ || isolate_first_ != 0) return;
   if (saver_.ask({.command = {}, .values = {}, .isolation = true, .isolated = isolated}))
     isolated_ = isolated;
 }

@@ -335,6 +335,9 @@ Verdict sense(const SupervisorState& state, const Request& r) noexcept {
   const auto tripped = static_cast<std::uint16_t>(state.sense[kSenseTripped]);
   if (r.kind == kind_of(lss::CommandKind::start) && tripped != 0)
     return {.reason = reasons::fault_latched, .subject = tripped};
+  const auto unstable = static_cast<std::uint16_t>(state.sense[kSenseUnstable]);
+  if (r.kind == kind_of(lss::CommandKind::start) && unstable != 0)
+    return {.reason = reasons::not_stable, .subject = unstable};
   const double rounds = state.sense[kSenseSolveRounds], limit = state.sense[kSenseSolveLimit];
   if (r.kind == kind_of(lss::CommandKind::solve) && limit > 0 && rounds >= limit)
     return {.reason = reasons::solved_too_often,

@@ -82,11 +82,12 @@ lc::Event event_of(const Request& request) noexcept;
 // modules, NaN when unknown; [7] the fastest a leg may turn, rad/s; [8] legs with motion control
 // on; [9] the first module that stopped by itself and was not reset since, 0: none; [10] the
 // largest number of error-solving rounds of a present fault, [11] its module, [12] the limit; [13]
-// the longest lease, ms, after which a safe stop ends before a silent OBC is an emergency.
+// the longest lease, ms, after which a safe stop ends before a silent OBC is an emergency; [14] a
+// leg out of service without which the others cannot walk, 0: none.
 inline constexpr std::size_t kSenseTurnLimit = kModules, kSenseMotorsOn = kModules + 1,
                              kSenseTripped = kModules + 2, kSenseSolveRounds = kModules + 3,
                              kSenseSolveModule = kModules + 4, kSenseSolveLimit = kModules + 5,
-                             kSenseLongestLease = kModules + 6;
+                             kSenseLongestLease = kModules + 6, kSenseUnstable = kModules + 7;
 
 // The command that takes a module out of service, as after a restart of the daemon.
 Request isolation_of(unsigned module) noexcept;

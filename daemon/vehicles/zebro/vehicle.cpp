@@ -168,7 +168,9 @@ void Vehicle::restore(const Request* request) noexcept {
 }
 
 Verdict Vehicle::consider(const Request& request) noexcept {
-  if (request.kind != kind_of(CommandKind::isolate)) return {};
+  // What was out of service stays so, with any configuration; then nothing starts.
+  const bool saved = (request.flags & kFlagSaved) != 0;
+  if (request.kind != kind_of(CommandKind::isolate) || saved) return {};
   const unsigned leg = arguments<OneLeg>(request).leg;
   const unsigned all = (isolated_ | 1u << (leg - 1)) & kAllLegs;
   if (walks_without_[all]) return {};

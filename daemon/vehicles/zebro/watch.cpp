@@ -2,6 +2,7 @@
 // faults of the locomotion controller. The panel: panel.cpp; error solving: solving.cpp.
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 #include <utility>
 
@@ -93,6 +94,8 @@ void Vehicle::watch_modules(Supervisor& s) noexcept {
   }
   sense[kSenseTurnLimit] = parameters_.locomotion.swing_limit_rad_s;
   sense[kSenseLongestLease] = longest_lease_ms(parameters_);
+  if (const unsigned legs = isolated_ & kAllLegs; !walks_without_[legs])
+    sense[kSenseUnstable] = std::countr_zero(legs) + 1;
   s.set_ages(age_ms, parameters_.module_silent_ns / kMillisecond);
   s.set_sense(sense);
   for (std::size_t i = 0; i < kModules; ++i) {

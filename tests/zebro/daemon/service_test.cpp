@@ -170,6 +170,25 @@ TEST(Service, ARestartedDaemonIsolatesThemAgainByCommandsOfItsOwn_Conf_3) {
   EXPECT_TRUE(w.stand());
 }
 
+// The centre of mass of the configuration is 15 mm further ahead than when the leg was isolated.
+TEST(Service, ALegThatTheOthersCannotDoWithoutStaysIsolatedAndNothingStarts) {
+  Parameters p;
+  for (double& x_m : p.locomotion.hips.x_m) x_m -= 0.015;
+  ASSERT_FALSE(gnc::zebro::can_walk_without(0b0001, p.locomotion));
+  World w(p);
+  isolate_as_before(w, {1});
+  w.run(1);
+  EXPECT_EQ(isolated(w), 0b0001);
+  EXPECT_TRUE(w.out_.telemetry.modules[0].isolated);
+  const Verdict v = w.ask(lss::CommandKind::start, {1});
+  EXPECT_EQ(v.reason, reasons::not_stable);
+  EXPECT_EQ(v.subject, 1);
+  EXPECT_EQ(w.why(CommandKind::isolate, {1}), Reason::isolated);
+  EXPECT_EQ(w.why(CommandKind::restore_leg, {1}), Reason::none) << "a person's decision";
+  EXPECT_EQ(isolated(w), 0);
+  EXPECT_TRUE(w.stand());
+}
+
 TEST(Service, AfterCommandsOfItsOwnTheDaemonStillAnswersOthersAtOnce) {
   World w;
   isolate_as_before(w, {3});
