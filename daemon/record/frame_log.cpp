@@ -45,7 +45,7 @@ void FrameLog::start() {
   thread_ = std::thread([this] { run(); });
 }
 
-// Makes the folder, removes partial files of a killed daemon, and continues the numbering.
+// Makes the folder, removes partial files that no daemon writes, and continues the numbering.
 void FrameLog::prepare_folder() {
   std::error_code error;
   std::filesystem::create_directories(settings_.folder, error);
@@ -60,8 +60,10 @@ void FrameLog::prepare_folder() {
   }
   for (const std::filesystem::path& path : entries(settings_.folder)) {
     number_ = std::max(number_, files_.number_of(path));
-    if (path.extension() == kPart && files_.number_of(path.parent_path() / path.stem()) != 0)
-      std::filesystem::remove(path, error);
+    if (path.extension() != kPart || files_.number_of(path.parent_path() / path.stem()) == 0)
+      continue;
+    const File part(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    if (!part || !is_being_written(part.get())) std::filesystem::remove(path, error);
   }
 }
 
@@ -206,6 +208,7 @@ std::string FrameLog::write_file(const std::filesystem::path& path) const {
   const std::string temporary = path.string() + kPart;
   const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (fd < 0) return std::strerror(errno);
+  mark_being_written(fd);
   int error = write_all(fd, text);
   if (error == 0 && ::fsync(fd) != 0) error = errno;
   if (::close(fd) != 0 && error == 0) error = errno;

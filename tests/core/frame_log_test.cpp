@@ -2,6 +2,7 @@
 // matter.
 #include "daemon/record/frame_log.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -9,7 +10,9 @@
 #include <csignal>
 #include <cstring>
 #include <fstream>
+#include <optional>
 
+#include "drivers/file.h"
 #include "tests/support/temp_folder.h"
 
 namespace lss::record {
@@ -106,6 +109,23 @@ TEST_F(FrameLogTest, TheNewestFilesAreKeptAndTheFirstSinceTheStart) {
   EXPECT_THAT(names, ElementsAre("v-1-000008-", "v-1-000013-", "v-1-000014-", "v-1-2-00000"));
   EXPECT_EQ(lines(folder_.files()[0]).back(), 1) << "the one that began it";
   EXPECT_EQ(lines(folder_.files()[2]).back(), 64 * 6);
+}
+
+TEST_F(FrameLogTest, APartialFileThatAnotherDaemonWritesStays) {
+  const fs::path part = folder_ / "v-1-000008-20300101T000000Z-port_lost.crash.jsonl.part";
+  const auto start = [&] {
+    FrameLog log(settings(), to_json);
+    log.start();
+    log.stop();
+  };
+  std::optional<File> other(std::in_place, ::open(part.c_str(), O_WRONLY | O_CREAT, 0644));
+  ASSERT_TRUE(*other);
+  mark_being_written(other->get());
+  start();
+  EXPECT_TRUE(fs::exists(part));
+  other.reset();
+  start();
+  EXPECT_FALSE(fs::exists(part)) << "its daemon was killed";
 }
 
 TEST_F(FrameLogTest, ASecondFaultIsWrittenAlsoWhenFramesEndAfterIt) {
