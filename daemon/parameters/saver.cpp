@@ -43,8 +43,16 @@ void ParameterSaver::stop() {
 }
 
 bool ParameterSaver::ask(const SaveJob& job) noexcept {
-  if (!jobs_.push(job)) return false;
+  if (jobs_.room() == 0 || (!job.isolation && commands_ == kCommands)) return false;
+  if (!job.isolation) ++commands_;
+  jobs_.push(job);
   wake_up_.wake();
+  return true;
+}
+
+bool ParameterSaver::pop(SaveResult& result) noexcept {
+  if (!results_.pop(result)) return false;
+  if (result.command.kind != 0) --commands_;
   return true;
 }
 
@@ -55,14 +63,18 @@ void ParameterSaver::run() {
     wake_up_.wait(refused_ ? refused_ns_ + again_ : lockstep::kNever);
     last = stop_;
     for (SaveJob job; jobs_.pop(job);) {
-      results_.push(job.isolation ? save_isolated(job) : save(job));
+      if (job.isolation) {
+        save_isolated(job);
+      } else {
+        results_.push(save(job));
+      }
       done_();
     }
     if (refused_ && (last || now_ns() >= refused_ns_ + again_)) save_isolated_again();
   }
 }
 
-SaveResult ParameterSaver::save_isolated(const SaveJob& job) {
+void ParameterSaver::save_isolated(const SaveJob& job) {
   SaveResult result;
   result.error = save_isolation(isolation_, job.isolated, utc_ns());
   report(
@@ -71,7 +83,7 @@ SaveResult ParameterSaver::save_isolated(const SaveJob& job) {
   refused_.reset();
   if (result.error != 0) refused_ = job.isolated;
   refused_ns_ = now_ns();
-  return result;
+  if (results_.room() > kCommands) results_.push(result);
 }
 
 // Reported again only when they are saved.

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -49,15 +50,17 @@ class ParameterSaver {
   void start();
   void stop();  // when all requested saves are done
 
-  // Frame thread; false: too many at once.
+  // Frame thread; false: too many at once, or too many results that nobody took.
   bool ask(const SaveJob& job) noexcept;
   // Publish thread; false: none.
-  bool pop(SaveResult& result) noexcept { return results_.pop(result); }
+  bool pop(SaveResult& result) noexcept;
 
  private:
+  static constexpr std::size_t kCommands = 8;  // whose results were not taken
+
   void run();
   SaveResult save(const SaveJob& job);
-  SaveResult save_isolated(const SaveJob& job);
+  void save_isolated(const SaveJob& job);
   void save_isolated_again();
 
   ParameterStore store_, isolation_;
@@ -67,8 +70,9 @@ class ParameterSaver {
   TimeNs again_;
   std::optional<std::uint16_t> refused_;  // modules out of service that are not saved
   TimeNs refused_ns_ = 0;
-  Ring<SaveJob, 8> jobs_;
-  Ring<SaveResult, 8> results_;
+  Ring<SaveJob, kCommands> jobs_;
+  Ring<SaveResult, 2 * kCommands> results_;  // half is reserved for those of commands
+  std::atomic<std::size_t> commands_{0};
   WakeUp wake_up_;
   std::atomic<bool> stop_{false};
   std::thread thread_;

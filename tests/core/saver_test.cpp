@@ -75,5 +75,34 @@ TEST_F(ParameterSaverTest, TheEndOfTheDaemonIsTheLastTryToSaveThem) {
   EXPECT_TRUE(comes(disk_.written));
 }
 
+TEST_F(ParameterSaverTest, ASaveWhoseResultCouldGetLostIsRefused) {
+  constexpr int kMost = 8;
+  disk_.full = false;
+  std::atomic<int> saved = 0;
+  ParameterSaver saver(store("parameters"), store("isolation"), {}, {}, [&] {
+    if (++saved == kMost) done_.set_value();
+  });
+  saver.start();
+  SaveJob job{.command = {}, .values = {}};
+  const auto ask = [&](std::uint64_t sequence) {
+    job.command.kind = 10;
+    job.command.sequence = sequence;
+    return saver.ask(job);
+  };
+  for (std::uint64_t i = 1; i <= kMost; ++i) ASSERT_TRUE(ask(i));
+  ASSERT_TRUE(comes(done_)) << "all are saved";
+  EXPECT_FALSE(ask(9)) << "the publisher has taken no result";
+  SaveResult result;
+  for (std::uint64_t i = 1; i <= kMost; ++i) {
+    ASSERT_TRUE(saver.pop(result));
+    EXPECT_EQ(result.command.sequence, i);
+  }
+  EXPECT_TRUE(ask(10));
+  saver.stop();
+  ASSERT_TRUE(saver.pop(result));
+  EXPECT_EQ(result.command.sequence, 10u);
+  EXPECT_FALSE(saver.pop(result));
+}
+
 }  // namespace
 }  // namespace lss
