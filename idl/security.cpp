@@ -157,7 +157,8 @@ std::string common_name(const X509* certificate) {
 }
 
 tl::expected<Enclave, std::string> read_enclave(const fs::path& folder,
-                                                std::chrono::days clock_slack) {
+                                                std::chrono::days clock_slack,
+                                                bool* clock_is_late) {
   std::error_code none;
   Enclave enclave;
   enclave.folder = fs::absolute(folder, none);
@@ -205,6 +206,7 @@ tl::expected<Enclave, std::string> read_enclave(const fs::path& folder,
   if (now_s < begins_s) {
     const std::string clock =
         "is valid from " + day(begins_s) + ", but the clock says " + day(now_s) + ": set the clock";
+    if (clock_is_late != nullptr) *clock_is_late = true;
     if (begins_s - now_s > std::chrono::seconds(clock_slack).count())
       return wrong(all, clock + ", or allow this difference by dds.security.clock_slack_days");
     enclave.warnings.push_back(all.string() + " " + clock +
@@ -229,11 +231,6 @@ tl::expected<Enclave, std::string> read_enclave(const fs::path& folder,
   if (!permissions) return tl::unexpected(permissions.error());
   enclave.permissions = std::move(*permissions);
   return enclave;
-}
-
-bool is_wrong_enclave(const fs::path& folder) {
-  constexpr std::chrono::days kAnyClock{100'000};
-  return !folder.empty() && !read_enclave(folder, kAnyClock);
 }
 
 tl::expected<void, std::string> use_enclave(dds_qos_t* qos, const Enclave& enclave) {

@@ -210,16 +210,21 @@ std::vector<std::string> missing_interfaces(const std::vector<std::string>& name
   return missing;
 }
 
-Result<Participant> Participant::create(const ParticipantParameters& parameters) {
+tl::expected<Participant, Refusal> Participant::create(const ParticipantParameters& parameters) {
+  const auto refuse = [](std::string why, Cure cure) {
+    return tl::unexpected(Refusal{std::move(why), cure});
+  };
   if (parameters.domain < 0 || parameters.domain > 230) {
-    return tl::unexpected("DDS domain " + std::to_string(parameters.domain) +
-                          " is out of range: choose one of 0 to 230");
+    return refuse("DDS domain " + std::to_string(parameters.domain) +
+                      " is out of range: choose one of 0 to 230",
+                  Cure::change);
   }
   Participant result;
+  bool clock_is_late = false;
   const auto domain = static_cast<dds_domainid_t>(parameters.domain);
   if (!parameters.enclave.empty()) {
-    auto enclave = read_enclave(parameters.enclave, parameters.clock_slack);
-    if (!enclave) return tl::unexpected(enclave.error());
+    auto enclave = read_enclave(parameters.enclave, parameters.clock_slack, &clock_is_late);
+    if (!enclave) return refuse(enclave.error(), clock_is_late ? Cure::time : Cure::change);
     result.enclave_ = std::move(*enclave);
   }
   if (parameters.shared_memory && !result.enclave_) result.roudi_ = find_roudi();
@@ -236,21 +241,24 @@ Result<Participant> Participant::create(const ParticipantParameters& parameters)
   } else if (handle != DDS_RETCODE_PRECONDITION_NOT_MET) {  // this one: it stands already
     std::string interfaces;
     for (const std::string& name : parameters.interfaces) interfaces += " " + name;
-    return tl::unexpected(failure("DDS domain", handle) + "; check the interfaces (" +
-                          interfaces.substr(interfaces.empty() ? 0 : 1) +
-                          ") with: ip link, and CYCLONEDDS_URI when it is set");
+    return refuse(failure("DDS domain", handle) + "; check the interfaces (" +
+                      interfaces.substr(interfaces.empty() ? 0 : 1) +
+                      ") with: ip link, and CYCLONEDDS_URI when it is set",
+                  Cure::time);
   }
   const Qos qos{dds_create_qos()};
   if (parameters.daemon) dds_qset_userdata(qos.get(), kDaemonMark.data(), kDaemonMark.size());
   if (result.enclave_) {
     if (auto used = use_enclave(qos.get(), *result.enclave_); !used)
-      return tl::unexpected(used.error());
+      return refuse(used.error(), Cure::change);
   }
   const dds_entity_t participant = dds_create_participant(domain, qos.get(), nullptr);
+  // Permissions have a beginning, too.
   if (participant == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY)
-    return tl::unexpected("the plugins of DDS Security refuse the enclave " +
-                          parameters.enclave.string() + ": take its files from the keystore again");
-  if (participant < 0) return tl::unexpected(failure("DDS participant", participant));
+    return refuse("the plugins of DDS Security refuse the enclave " + parameters.enclave.string() +
+                      ": take its files from the keystore again",
+                  clock_is_late ? Cure::time : Cure::change);
+  if (participant < 0) return refuse(failure("DDS participant", participant), Cure::unknown);
   result.participant_ = Entity(participant);
   return result;
 }

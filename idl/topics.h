@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "dictionary.h"
+#include "idl/refusal.h"
 #include "idl/roudi.h"
 #include "idl/security.h"
 #include "lss.h"
@@ -95,7 +96,7 @@ inline constexpr std::string_view kDaemonMark = "lssd";
 // a process configures it and must outlive the others of that domain.
 class Participant {
  public:
-  static Result<Participant> create(const ParticipantParameters& parameters);
+  static tl::expected<Participant, Refusal> create(const ParticipantParameters& parameters);
 
   dds_entity_t get() const { return participant_.get(); }
   // The RouDi that was joined; empty without shared memory.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "daemon/runtime/progress.h"
+#include "idl/refusal.h"
 
 namespace lss {
 
@@ -19,8 +20,8 @@ class App {
   // start().
   virtual std::string wrong_configuration() const = 0;
 
-  // DDS first, then memory, then the real-time threads. The error says what to do.
-  virtual tl::expected<void, std::string> start() = 0;
+  // DDS first, then memory, then the real-time threads.
+  virtual tl::expected<void, Refusal> start() = 0;
   // Sends the safe command, then ends all threads. Bounded: a flight lands, or ends by its own
   // limits.
   virtual void stop() = 0;

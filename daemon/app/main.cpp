@@ -34,6 +34,8 @@ namespace {
 
 // For a simulator that was started in the same moment.
 constexpr std::chrono::seconds kSimulatorStarts{5};
+// When only time helps: the clock is late, or DDS finds no interface.
+constexpr lss::TimeNs kStartAgain = 5 * lss::kSecond;
 constexpr lss::TimeNs kStandstill = lss::kSecond;  // a thread without a turn for so long is stuck
 constexpr std::size_t kLogLines = 1024;
 constexpr int kExitFailure = 1;
@@ -192,8 +194,13 @@ int run(const Options& options, const sigset_t& signals) {
     return kExitConfig;
   }
   if (auto ok = app->start(); !ok) {
-    spdlog::critical("{}", ok.error());
-    return kExitFailure;
+    spdlog::critical("{}", ok.error().text);
+    if (ok.error().cure == lss::Cure::change) return kExitConfig;
+    // systemd 252 has one RestartSec for all ends; a daemon that ended itself is held sooner.
+    const timespec pause = lss::to_timespec(kStartAgain);
+    const bool ended =
+        ok.error().cure == lss::Cure::time && ::sigtimedwait(&signals, nullptr, &pause) > 0;
+    return ended ? 0 : kExitFailure;
   }
   spdlog::info("lssd {} ready: {} ({}) on DDS domain {}", LSS_VERSION, config->vehicle_id,
                config->vehicle, config->domain);

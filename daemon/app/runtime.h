@@ -114,8 +114,9 @@ class Runtime final : public App {
     }
   }
 
-  tl::expected<void, std::string> start() override {
-    if (auto ok = buses_.probe(); !ok) return ok;
+  tl::expected<void, Refusal> start() override {
+    const auto refuse = [](const std::string& why) { return tl::unexpected(Refusal{why}); };
+    if (auto ok = buses_.probe(); !ok) return refuse(ok.error());
     // DDS first: its threads inherit the ordinary scheduling of this one.
     if (auto ok = publisher_.open([this](const Request& r, std::uint64_t writer) {
           port_.receive(r, writer, [&](const Ack& ack) {
@@ -126,7 +127,7 @@ class Runtime final : public App {
       return ok;
     }
     const auto locked = rt::lock_memory();
-    if (!locked && config_.realtime_enforce) return locked;
+    if (!locked && config_.realtime_enforce) return refuse(locked.error());
     if (!locked) publisher_.complain(locked.error());
     publisher_.memory_locked(locked.has_value());
     rt::populate_memory();
@@ -135,12 +136,12 @@ class Runtime final : public App {
     saver_.start();
     engine_ = std::make_unique<Engine>(start_frames(), engine_parameters());
     for (auto& [name, body] : buses_.bodies()) {
-      if (auto ok = launch(name, std::move(body)); !ok) return ok;
+      if (auto ok = launch(name, std::move(body)); !ok) return refuse(ok.error());
     }
-    if (auto ok = launch("actuate", [this] { actuate(); }); !ok) return ok;
-    if (auto ok = launch("frame", [this] { frame(); }); !ok) return ok;
+    if (auto ok = launch("actuate", [this] { actuate(); }); !ok) return refuse(ok.error());
+    if (auto ok = launch("frame", [this] { frame(); }); !ok) return refuse(ok.error());
     if (!lockstep::on()) {
-      if (auto ok = await_frames(); !ok) return ok;
+      if (auto ok = await_frames(); !ok) return refuse(ok.error());
     }
     for (const auto& thread : threads_) thread->mark_ready();
     publisher_.start(threads_,
@@ -154,8 +155,9 @@ class Runtime final : public App {
     if (!lockstep::on()) return {};
     constexpr unsigned kOthers = 3;  // publish, log, save
     if (!lockstep::begin(static_cast<unsigned>(threads_.size()) + kOthers))
-      return tl::unexpected(std::string("lockstep: a thread does not start"));
-    return await_frames();
+      return refuse("lockstep: a thread does not start");
+    if (auto ok = await_frames(); !ok) return refuse(ok.error());
+    return {};
   }
 
   void stop() override {

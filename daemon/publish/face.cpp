@@ -211,17 +211,19 @@ dds::Result<void> Face::Impl::open_readers() {
   return open(dds::Kind::command, command_reader, on_command);
 }
 
-tl::expected<std::unique_ptr<Face>, std::string> Face::create(const FaceParameters& parameters,
-                                                              RequestSink sink) {
+tl::expected<std::unique_ptr<Face>, Refusal> Face::create(const FaceParameters& parameters,
+                                                          RequestSink sink) {
+  const auto wrong = [](const std::string& why) {
+    return tl::unexpected(Refusal{why, Cure::change});
+  };
   if (parameters.vehicle_id.empty() ||
       parameters.vehicle_id.size() >= sizeof(lss_Command::vehicle_id)) {
-    return tl::unexpected("vehicle_id \"" + parameters.vehicle_id +
-                          "\": give it 1 to 15 characters");
+    return wrong("vehicle_id \"" + parameters.vehicle_id + "\": give it 1 to 15 characters");
   }
   const TelemetryTopic* topic = find_telemetry_topic(parameters.vehicle);
   if (topic == nullptr) {
-    return tl::unexpected("vehicle \"" + parameters.vehicle +
-                          "\" is not part of this build: build it with -DLSS_VEHICLES");
+    return wrong("vehicle \"" + parameters.vehicle +
+                 "\" is not part of this build: build it with -DLSS_VEHICLES");
   }
   auto participant = dds::Participant::create({.domain = parameters.domain,
                                                .interfaces = parameters.interfaces,
@@ -233,16 +235,20 @@ tl::expected<std::unique_ptr<Face>, std::string> Face::create(const FaceParamete
   if (!participant) return tl::unexpected(participant.error());
   if (const auto& enclave = participant->enclave();
       enclave && !dds::is_of_vehicle(enclave->name, parameters.vehicle_id)) {
-    return tl::unexpected("the enclave " + parameters.enclave.string() + " is of '" +
-                          enclave->name + "', not of " + parameters.vehicle_id +
-                          ", so no client would believe this vehicle: take one of its vehicle_id "
-                          "(lss-cli keystore add KEYSTORE " +
-                          parameters.vehicle_id + " --role vehicle)");
+    return wrong("the enclave " + parameters.enclave.string() + " is of '" + enclave->name +
+                 "', not of " + parameters.vehicle_id +
+                 ", so no client would believe this vehicle: take one of its vehicle_id (lss-cli "
+                 "keystore add KEYSTORE " +
+                 parameters.vehicle_id + " --role vehicle)");
   }
   auto impl = std::make_unique<Impl>(parameters, std::move(sink), std::move(*participant), *topic);
-  if (auto opened = impl->open_writers(); !opened) return tl::unexpected(opened.error());
+  // Another role of the enclave may allow it.
+  const Cure cure = parameters.enclave.empty() ? Cure::unknown : Cure::change;
+  if (auto opened = impl->open_writers(); !opened)
+    return tl::unexpected(Refusal{opened.error(), cure});
   impl->say_dictionary();
-  if (auto opened = impl->open_readers(); !opened) return tl::unexpected(opened.error());
+  if (auto opened = impl->open_readers(); !opened)
+    return tl::unexpected(Refusal{opened.error(), cure});
   return std::unique_ptr<Face>(new Face(std::move(impl)));
 }
 

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "daemon/cycle/messages.h"
+#include "idl/refusal.h"
 
 namespace lss {
 
@@ -41,10 +42,9 @@ using RequestSink = std::function<void(const Request&, std::uint64_t writer)>;
 
 class Face {
  public:
-  // Creates participant, topics, writers and, last, the readers that call the sink. The error is a
-  // sentence that says what to do.
-  static tl::expected<std::unique_ptr<Face>, std::string> create(const FaceParameters& parameters,
-                                                                 RequestSink sink);
+  // Creates participant, topics, writers and, last, the readers that call the sink.
+  static tl::expected<std::unique_ptr<Face>, Refusal> create(const FaceParameters& parameters,
+                                                             RequestSink sink);
   ~Face();  // no call of the sink is running when it returns
 
   // Thread-safe; the text is made here from the verdict. `name`: of a parameter, in the command.

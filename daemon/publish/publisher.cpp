@@ -28,7 +28,7 @@ Publisher::Publisher(const config::Config& config, const Logic& logic, const Voc
       vocabulary_(vocabulary),
       dictionary_(std::move(dictionary)) {}
 
-tl::expected<void, std::string> Publisher::open(RequestSink sink) {
+tl::expected<void, Refusal> Publisher::open(RequestSink sink) {
   auto face = Face::create({.domain = config_.domain,
                             .vehicle = config_.vehicle,
                             .vehicle_id = config_.vehicle_id,

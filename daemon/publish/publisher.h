@@ -60,7 +60,7 @@ class Publisher {
   Publisher& operator=(const Publisher&) = delete;
 
   // Start-up, main thread.
-  tl::expected<void, std::string> open(RequestSink sink);
+  tl::expected<void, Refusal> open(RequestSink sink);
   void complain(const std::string& refused);  // refusals of the kernel: log and status
   void memory_locked(bool locked) { memory_locked_ = locked; }
   void start(const Threads& threads, Sources sources);

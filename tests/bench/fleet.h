@@ -23,7 +23,7 @@ class StatusReader {
  public:
   explicit StatusReader(int domain) : began_ns_(now_ns()) {
     auto participant = dds::Participant::create({.domain = domain});
-    if (!participant) throw NotHere(participant.error());
+    if (!participant) throw NotHere(participant.error().text);
     participant_.emplace(std::move(*participant));
     auto reader = dds::create_reader(participant_->get(), dds::common_topic(dds::Kind::status));
     if (!reader) throw NotHere(reader.error());

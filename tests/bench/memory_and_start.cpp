@@ -24,7 +24,7 @@ class Minimal : public Service {
 // The newest status of the daemon of that domain, when it has run for so many frames.
 lss_Status status_after(int domain, std::uint64_t frames) {
   const auto participant = dds::Participant::create({.domain = domain});
-  if (!participant) throw NotHere(participant.error());
+  if (!participant) throw NotHere(participant.error().text);
   const auto reader = dds::create_reader(participant->get(), dds::common_topic(dds::Kind::status));
   if (!reader) throw NotHere(reader.error());
   lss_Status status{};

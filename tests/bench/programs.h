@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "drivers/time.h"
+#include "idl/refusal.h"
 #include "tests/bench/bench.h"
 #include "tests/support/eventually.h"
 #include "tests/support/own_domain.h"
@@ -24,6 +25,11 @@ namespace lss::bench {
 template <class T>
 T value(tl::expected<T, std::string> result) {
   if (!result) throw NotHere(result.error());
+  return std::move(*result);
+}
+template <class T>
+T value(tl::expected<T, Refusal> result) {
+  if (!result) throw NotHere(result.error().text);
   return std::move(*result);
 }
 

@@ -363,7 +363,7 @@ TEST_F(Control, CommandsOfAnEarlierVersionDoNotArriveAndThatIsReportedOnce) {
 TEST(FaceCreation, SaysWhatIsWrongWithItsParameters) {
   const auto error = [](const FaceParameters& parameters) {
     const auto face = Face::create(parameters, [](const Request&, std::uint64_t) {});
-    return face ? std::string("created") : face.error();
+    return face ? std::string("created") : face.error().text;
   };
   FaceParameters parameters = face_parameters("a name that is too long");
   EXPECT_THAT(error(parameters), testing::HasSubstr("1 to 15 characters"));
@@ -376,7 +376,8 @@ TEST(FaceCreation, SaysWhatIsWrongWithItsParameters) {
   const auto without =
       dds::Participant::create({.domain = test_domain(), .interfaces = {"no-such-link"}});
   ASSERT_FALSE(without) << "only a daemon goes on without it";
-  EXPECT_THAT(without.error(), testing::HasSubstr("no-such-link"));
+  EXPECT_THAT(without.error().text, testing::HasSubstr("no-such-link"));
+  EXPECT_EQ(without.error().cure, Cure::time) << "it can come up";
 }
 
 }  // namespace

@@ -116,5 +116,10 @@ T value(tl::expected<T, std::string> result) {
   if (!result) throw std::runtime_error(result.error());
   return std::move(*result);
 }
+template <class T>
+T value(tl::expected<T, Refusal> result) {
+  if (!result) throw std::runtime_error(result.error().text);
+  return std::move(*result);
+}
 
 }  // namespace lss::testing_support

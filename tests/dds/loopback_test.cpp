@@ -100,7 +100,7 @@ TEST(Loopback, MayBeNamedByCycloneddsUriToo) {
            1);
   const auto face = Face::create(face_parameters("v1"), [](const Request&, std::uint64_t) {});
   ::unsetenv("CYCLONEDDS_URI");
-  EXPECT_TRUE(face.has_value()) << face.error();
+  EXPECT_TRUE(face.has_value()) << face.error().text;
 }
 
 TEST(Loopback, CycloneddsUriStillWins) {

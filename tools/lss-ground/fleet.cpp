@@ -48,25 +48,25 @@ Fleet::Fleet(std::function<void()> wake)
     : wake_(std::move(wake)),
       places_([this](const std::string& id) { return ears_.driven && ears_.driven(id); }) {}
 
-tl::expected<std::unique_ptr<Fleet>, std::string> Fleet::create(int domain,
-                                                                const std::string& enclave,
-                                                                std::function<void()> wake) {
+tl::expected<std::unique_ptr<Fleet>, Refusal> Fleet::create(int domain, const std::string& enclave,
+                                                            std::function<void()> wake) {
   std::unique_ptr<Fleet> fleet(new Fleet(std::move(wake)));
-  if (auto opened = fleet->open(domain, enclave); !opened) return tl::unexpected(opened.error());
-  return fleet;
-}
-
-dds::Result<void> Fleet::open(int domain, const std::string& enclave) {
-  listener_.reset(dds_create_listener(this));
-  dds_lset_data_available(listener_.get(),
-                          [](dds_entity_t, void* self) { static_cast<Fleet*>(self)->wake_(); });
   dds::ParticipantParameters parameters;
   parameters.domain = domain;
   parameters.enclave = enclave;
   parameters.short_lived = true;  // commands are requested again at once after a loss
   auto participant = dds::Participant::create(parameters);
   if (!participant) return tl::unexpected(participant.error());
-  participant_ = std::move(*participant);
+  fleet->participant_ = std::move(*participant);
+  if (auto opened = fleet->open(); !opened)
+    return tl::unexpected(Refusal{opened.error(), enclave.empty() ? Cure::unknown : Cure::change});
+  return fleet;
+}
+
+dds::Result<void> Fleet::open() {
+  listener_.reset(dds_create_listener(this));
+  dds_lset_data_available(listener_.get(),
+                          [](dds_entity_t, void* self) { static_cast<Fleet*>(self)->wake_(); });
   for (const auto& [kind, reader] : {std::pair{dds::Kind::status, &status_reader_},
                                      {dds::Kind::command_ack, &ack_reader_},
                                      {dds::Kind::event, &event_reader_},

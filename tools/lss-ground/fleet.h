@@ -60,9 +60,9 @@ class Fleet {
 
   // wake: there is new data for take().
   // `enclave`: folder, for DDS Security; empty: none.
-  static tl::expected<std::unique_ptr<Fleet>, std::string> create(int domain,
-                                                                  const std::string& enclave,
-                                                                  std::function<void()> wake);
+  static tl::expected<std::unique_ptr<Fleet>, Refusal> create(int domain,
+                                                              const std::string& enclave,
+                                                              std::function<void()> wake);
 
   void listen(Ears ears) { ears_ = std::move(ears); }
   void take();
@@ -90,7 +90,7 @@ class Fleet {
 
  private:
   explicit Fleet(std::function<void()> wake);
-  dds::Result<void> open(int domain, const std::string& enclave);
+  dds::Result<void> open();
   dds::Result<void> open_reader(dds::Kind kind, dds::Entity& reader);
   void take_status();
   void take_acks();

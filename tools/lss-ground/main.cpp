@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "idl/security.h"
+#include "idl/refusal.h"
 #include "tools/lss-ground/client_registry.h"
 #include "tools/lss-ground/server.h"
 
@@ -132,7 +132,7 @@ int main(int argc, char** argv) {
   auto server = Server::create(options.server);
   if (!server) fail(server.error());
   auto fleet = Fleet::create(options.domain, options.enclave, [&] { (*server)->wake(); });
-  if (!fleet) fail(fleet.error(), lss::dds::is_wrong_enclave(options.enclave) ? kWrongUsage : 1);
+  if (!fleet) fail(fleet.error().text, fleet.error().cure == lss::Cure::change ? kWrongUsage : 1);
   for (const std::string& warning : (*fleet)->warnings())
     fmt::print(stderr, "lss-ground: warning: {}\n", warning);
   ClientRegistry registry(**fleet, door, options.lease_ms);

@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "idl/security.h"
+#include "idl/refusal.h"
 #include "tools/lss-cli/show/failure.h"
 #include "tools/lss-ros/bridge.h"
 
@@ -60,8 +60,8 @@ using Participant = std::shared_ptr<const dds::Participant>;
 
 Participant participant(const dds::ParticipantParameters& parameters) {
   auto created = dds::Participant::create(parameters);
-  if (!created && dds::is_wrong_enclave(parameters.enclave))
-    throw cli::Failure(cli::ExitCode::usage, created.error());
+  if (!created && created.error().cure == Cure::change)
+    throw cli::Failure(cli::ExitCode::usage, created.error().text);
   return std::make_shared<const dds::Participant>(cli::checked(std::move(created)));
 }
 

@@ -38,8 +38,9 @@ dds::ParticipantParameters parameters(const Options& options) {
 dds::Participant own_participant(const Options& options) {
   auto participant = dds::Participant::create(parameters(options));
   // An enclave that cannot be used is the user's to repair.
-  if (!participant && !options.enclave.empty() && !dds::read_enclave(options.enclave))
-    throw Failure(ExitCode::usage, participant.error());
+  if (!participant && !options.enclave.empty() &&
+      (participant.error().cure == Cure::change || !dds::read_enclave(options.enclave)))
+    throw Failure(ExitCode::usage, participant.error().text);
   return checked(std::move(participant));
 }
 

@@ -21,6 +21,12 @@ T checked(dds::Result<T> result) {
   return std::move(*result);
 }
 
+template <class T>
+T checked(tl::expected<T, Refusal> result) {
+  if (!result) throw Failure(ExitCode::internal, result.error().text);
+  return std::move(*result);
+}
+
 template <std::size_t N>
 std::string_view text(const char (&field)[N]) {
   const std::string_view all(field, N);
