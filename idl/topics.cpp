@@ -161,6 +161,18 @@ std::string failure(const std::string& what, dds_return_t code) {
   return "cannot create " + what + ": " + dds_strretcode(code);
 }
 
+// When Cyclone takes no domain with these parameters; it logs details on stderr.
+std::string domain_advice(const ParticipantParameters& parameters) {
+  std::string missing;
+  for (const std::string& name : missing_interfaces(parameters.interfaces)) missing += " " + name;
+  if (!missing.empty() && !parameters.without_missing)
+    return "bring up" + missing + ", or name other interfaces, of: ip -brief -4 address";
+  const char* uri = std::getenv("CYCLONEDDS_URI");
+  if (uri != nullptr && *uri != '\0')
+    return "correct or unset CYCLONEDDS_URI: it has an error, or names an interface that is not up";
+  return "bring up the loopback interface: ip link set lo up";
+}
+
 // Writers and readers keep the topic alive, so our own handle of it can be deleted at once.
 Result<Entity> create_topic(dds_entity_t participant, const Topic& topic) {
   const dds_entity_t handle =
@@ -239,12 +251,7 @@ tl::expected<Participant, Refusal> Participant::create(const ParticipantParamete
   if (handle > 0) {
     result.domain_ = Entity(handle);
   } else if (handle != DDS_RETCODE_PRECONDITION_NOT_MET) {  // this one: it stands already
-    std::string interfaces;
-    for (const std::string& name : parameters.interfaces) interfaces += " " + name;
-    return refuse(failure("DDS domain", handle) + "; check the interfaces (" +
-                      interfaces.substr(interfaces.empty() ? 0 : 1) +
-                      ") with: ip link, and CYCLONEDDS_URI when it is set",
-                  Cure::time);
+    return refuse(failure("DDS domain", handle) + "; " + domain_advice(parameters), Cure::time);
   }
   const Qos qos{dds_create_qos()};
   if (parameters.daemon) dds_qset_userdata(qos.get(), kDaemonMark.data(), kDaemonMark.size());

@@ -376,8 +376,17 @@ TEST(FaceCreation, SaysWhatIsWrongWithItsParameters) {
   const auto without =
       dds::Participant::create({.domain = test_domain(), .interfaces = {"no-such-link"}});
   ASSERT_FALSE(without) << "only a daemon goes on without it";
-  EXPECT_THAT(without.error().text, testing::HasSubstr("no-such-link"));
+  EXPECT_THAT(without.error().text, testing::HasSubstr("bring up no-such-link"));
   EXPECT_EQ(without.error().cure, Cure::time) << "it can come up";
+}
+
+TEST(FaceCreation, SaysThatCycloneddsUriIsWrong) {
+  ::setenv("CYCLONEDDS_URI", "file:///no-such-file", 1);
+  const auto face = Face::create(face_parameters("v1"), [](const Request&, std::uint64_t) {});
+  ::unsetenv("CYCLONEDDS_URI");
+  ASSERT_FALSE(face);
+  EXPECT_THAT(face.error().text, testing::HasSubstr("correct or unset CYCLONEDDS_URI"));
+  EXPECT_EQ(face.error().cure, Cure::time) << "an interface that it names can come up";
 }
 
 }  // namespace
