@@ -249,15 +249,27 @@ class Security(Enclaves, Scenario):
         self.cli_ok("stop", "--dry-run")
 
     @real_time("the clock that is set is the wall clock")
-    def test_a_certificate_that_expires_while_the_daemon_runs_is_told(self):
-        self.keystore = self.make_keystore()  # 3650 days
+    def test_programs_that_run_on_warn_of_a_certificate_that_expires(self):
+        self.keystore = self.make_keystore(roles={"zebro-1": "vehicle", "pilot": "command", "bridge": "bridge"})  # 3650 days
         self.start_sim()
         self.clock = os.path.join(self.folder, "clock")
         self.set_clock(0)
-        daemon = self.start_daemon(self.secured(), LD_PRELOAD=CLOCK, LSS_E2E_CLOCK=self.clock)
-        self.assertNotIn("expires in", daemon.out() + daemon.err())
+        clock = {"LD_PRELOAD": CLOCK, "LSS_E2E_CLOCK": self.clock}
+        daemon = self.start_daemon(self.secured(), **clock)
+        page = Gateway(self, **clock).program
+        ros = self.begin("lss-ros", [os.path.join(self.TOOLS, "lss-ros"), "--ros-domain", str(self.domain)], **clock,
+                         LSS_ENCLAVE=self.enclave("bridge"))
+        self.wait_log(ros, "on ROS domain")
+        for program in (daemon, page, ros):
+            self.assertNotIn("expires in", program.out() + program.err())
         self.set_clock(3630 * 86400)
         self.wait_log(daemon, "a certificate of DDS Security expires in 19 days")
+        for program, name in ((page, "pilot"), (ros, "bridge")):
+            self.wait_log(program, f"enclaves/{name} expires in 19 days: make a new one before")
+        self.set_clock(3652 * 86400)
+        self.wait_log(daemon, "a certificate of DDS Security expired 2 days ago")
+        for program, name in ((page, "pilot"), (ros, "bridge")):
+            self.wait_log(program, f"enclaves/{name} expired 2 days ago: make a new one")
 
     def test_peers_that_are_killed_and_restarted_are_back_in_time(self):
         self.keystore = self.make_keystore()

@@ -10,7 +10,6 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <span>
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
@@ -82,7 +81,7 @@ class Fleet {
     return participant_.enclave() ? participant_.enclave()->name : "";
   }
 
-  std::span<const std::string> warnings() const { return participant_.warnings(); }
+  const dds::Participant& participant() const { return participant_; }
 
   // False: DDS did not accept it.
   bool send(const lss_Command& command);

@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "idl/refusal.h"
+#include "tools/lss-cli/session/enclave_watch.h"
 #include "tools/lss-ground/client_registry.h"
 #include "tools/lss-ground/server.h"
 
@@ -133,8 +134,7 @@ int main(int argc, char** argv) {
   if (!server) fail(server.error());
   auto fleet = Fleet::create(options.domain, options.enclave, [&] { (*server)->wake(); });
   if (!fleet) fail(fleet.error().text, fleet.error().cure == lss::Cure::change ? kWrongUsage : 1);
-  for (const std::string& warning : (*fleet)->warnings())
-    fmt::print(stderr, "lss-ground: warning: {}\n", warning);
+  lss::cli::EnclaveWatch enclave("lss-ground", (*fleet)->participant());
   ClientRegistry registry(**fleet, door, options.lease_ms);
 
   running = server->get();
@@ -147,6 +147,7 @@ int main(int argc, char** argv) {
   fmt::print("http{}://{}:{}/\n", options.server.certificate.empty() ? "" : "s", host,
              (*server)->port());
   std::fflush(stdout);
-  (*server)->run(registry, [&] { (*fleet)->take(); });
+  (*server)->run(
+      registry, [&] { (*fleet)->take(); }, [&] { enclave.look(); });
   return 0;
 }

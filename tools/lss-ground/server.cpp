@@ -60,7 +60,7 @@ struct Server::Impl {
   lws_context* context = nullptr;
   lws_vhost* vhost = nullptr;
   ClientRegistry* registry = nullptr;
-  std::function<void()> news;
+  std::function<void()> news, after_tick;
   std::atomic<bool> ending{false}, woken{false};
   std::size_t sockets = 0;
   struct Timer {
@@ -201,6 +201,7 @@ int Server::Impl::send(lws* wsi, Connection& connection) {
 void Server::Impl::tick() {
   registry->tick();
   for (Client* client : registry->doomed()) client->hang_up();
+  after_tick();
   lws_sul_schedule(
       context, 0, &timer.list,
       [](lws_sorted_usec_list_t* list) { lws_container_of(list, Timer, list)->impl->tick(); },
@@ -285,9 +286,11 @@ tl::expected<std::unique_ptr<Server>, std::string> Server::create(const ServerOp
 
 int Server::port() const { return lws_get_vhost_listen_port(impl_->vhost); }
 
-void Server::run(ClientRegistry& registry, const std::function<void()>& news) {
+void Server::run(ClientRegistry& registry, const std::function<void()>& news,
+                 const std::function<void()>& tick) {
   impl_->registry = &registry;
   impl_->news = news;
+  impl_->after_tick = tick;
   impl_->tick();
   news();
   while (!impl_->ending && lws_service(impl_->context, 0) >= 0) {

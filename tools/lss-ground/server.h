@@ -35,8 +35,9 @@ class Server {
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  // Until stop(). `news`: after wake(), soon; every tick: registry.tick().
-  void run(ClientRegistry& registry, const std::function<void()>& news);
+  // Until stop(). `news`: after wake(), soon; every tick: registry.tick(), then `tick`.
+  void run(ClientRegistry& registry, const std::function<void()>& news,
+           const std::function<void()>& tick);
   int port() const;
 
   // From any thread, also from a signal handler.

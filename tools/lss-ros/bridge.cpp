@@ -212,10 +212,11 @@ void Bridge::take() {
   }
 }
 
-bool Bridge::run() {
+bool Bridge::run(const std::function<void()>& turn) {
   const std::string version(cli::text(link_.status().version));
   const std::string kind(cli::text(link_.status().vehicle));
   while (true) {
+    turn();
     take();
     const lss_Status& status = link_.status();
     if (cli::text(status.version) != version || cli::text(status.vehicle) != kind) return false;

@@ -5,6 +5,7 @@
 // thread; every wait is bounded. Errors are thrown as a Failure.
 
 #include <deque>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -69,8 +70,9 @@ class Bridge {
   Bridge(cli::Link& link, dds_entity_t ros, const dds::Participant& ours,
          const BridgeOptions& options);
 
-  // Until Ctrl-C. Returns false when the daemon came back as another one: begin again.
-  bool run();
+  // Until Ctrl-C. Returns false when the daemon came back as another one: begin again. `turn`:
+  // called often.
+  bool run(const std::function<void()>& turn);
 
  private:
   enum class Call { stop, estop, solve, start };

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "idl/refusal.h"
+#include "tools/lss-cli/session/enclave_watch.h"
 #include "tools/lss-cli/show/failure.h"
 #include "tools/lss-ros/bridge.h"
 
@@ -73,9 +74,11 @@ std::string ros_enclave(const dds::Participant& participant) {
 }
 
 // True: Ctrl-C.
-bool serve(const Wanted& wanted, dds_entity_t ros, const Participant& ours) {
+bool serve(const Wanted& wanted, dds_entity_t ros, const Participant& ours,
+           cli::EnclaveWatch& enclave) {
   cli::Link link(wanted.link, ours);
   for (bool said = false;; said = true) {
+    enclave.look();
     try {
       link.find_vehicle();
       break;
@@ -88,7 +91,7 @@ bool serve(const Wanted& wanted, dds_entity_t ros, const Participant& ours) {
   fmt::print("/{} on ROS domain {}\n", ros_name(cli::text(link.status().vehicle_id)),
              wanted.bridge.ros_domain);
   std::fflush(stdout);
-  return bridge.run();
+  return bridge.run([&] { enclave.look(); });
 }
 
 }  // namespace
@@ -110,11 +113,10 @@ int main(int argc, char** argv) {
     const Participant ros = participant({.domain = wanted.bridge.ros_domain,
                                          .interfaces = wanted.bridge.interfaces,
                                          .enclave = wanted.link.enclave});
-    for (const std::string& warning : ros->warnings())
-      fmt::print(stderr, "lss-ros: warning: {}\n", warning);
-    const std::string enclave = ros_enclave(*ros);
+    cli::EnclaveWatch enclave("lss-ros", *ros);
+    const std::string user_data = ros_enclave(*ros);
     dds_qos_t* qos = dds_create_qos();
-    dds_qset_userdata(qos, enclave.data(), enclave.size());
+    dds_qset_userdata(qos, user_data.data(), user_data.size());
     dds_set_qos(ros->get(), qos);
     dds_delete_qos(qos);
     // With DDS Security one participant for a domain: Cyclone 0.10.2 crashes in a process with
@@ -124,7 +126,7 @@ int main(int argc, char** argv) {
                                  : participant({.domain = wanted.link.domain,
                                                 .short_lived = true,
                                                 .enclave = wanted.link.enclave});
-    while (!serve(wanted, ros->get(), ours)) {
+    while (!serve(wanted, ros->get(), ours, enclave)) {
     }
   } catch (const cli::Interrupted&) {
     return 0;
