@@ -1,6 +1,6 @@
 #pragma once
 
-// How daemons of one domain tell a client that it is not alone with the first one that it hears:
+// How daemons of one domain let a client know that the first one it receives is not the only one:
 // each says in the user data of its participant how many others it knows of.
 
 #include <dds/dds.h>

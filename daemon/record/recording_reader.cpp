@@ -269,7 +269,7 @@ void RecordingReader::classify() {
     trouble_ += fmt::format(", of {} bytes; at most {} are read", head.size, most::kChunkBytes);
 }
 
-// size_ when it cannot be told.
+// size_ when it cannot be found out.
 std::uint64_t RecordingReader::file_size() const {
   struct stat info {};
   return ::fstat(file_.get(), &info) == 0 ? static_cast<std::uint64_t>(info.st_size) : size_;

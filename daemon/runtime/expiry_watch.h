@@ -1,7 +1,7 @@
 #pragma once
 
-// Says when the expiry of a certificate is to be told: once a day from 30 days before, and when it
-// has expired. Time is data.
+// Says when the expiry of a certificate is to be reported: once a day from 30 days before, and when
+// it has expired. Time is data.
 
 #include <cstdint>
 #include <optional>
@@ -16,7 +16,7 @@ class ExpiryWatch {
   explicit ExpiryWatch(std::int64_t not_after_utc_s = INT64_MAX) noexcept
       : not_after_utc_s_(not_after_utc_s) {}
 
-  // Seconds until it expires, below 0: since then. Nothing: not to be told now.
+  // Seconds until it expires, below 0: since then. Nothing: not to be reported now.
   std::optional<std::int64_t> look(std::int64_t utc_s) noexcept {
     if (utc_s <= not_after_utc_s_ - kSoon_s) return {};
     const std::int64_t left_s = not_after_utc_s_ - utc_s;

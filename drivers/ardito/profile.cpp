@@ -72,7 +72,7 @@ Field field_of(const Signal& signal, const canopen::Description& d,
     return {};
   }
   const canopen::DescribedObject* object = d.find(described->index, described->sub);
-  if (object == nullptr) return {};  // told before
+  if (object == nullptr) return {};  // reported already
   const std::string where = name + ": object " + hex(object->index, 4);
   if (object->bytes == 0 || (signal.bytes != 0 && signal.bytes != object->bytes))
     errors.push_back(where + " must be an integer of " +

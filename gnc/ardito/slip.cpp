@@ -63,7 +63,7 @@ void MobilityController::watch_slip(const Inputs& inputs, const Motion& motion,
                       w.load > parameters_.slip_load * w.frames &&
                       w.wheels_m_s - w.imu_m_s > parameters_.slide_lost_share * w.wheels_m_s;
   bool wheels = slides || (along && pushing > parameters_.slip_load * w.frames);
-  // now and in those frames: on a straight after a curve the yaw rate tells nothing
+  // now and in those frames: on a straight after a curve the yaw rate shows nothing
   const double turning_rad_s =
       std::min(std::abs(yaw_rad_s), std::abs(w.wheels_yaw_rad_s) / w.frames);
   if (!spot && turning_rad_s > parameters_.turning_rad_s) {

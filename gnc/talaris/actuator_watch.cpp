@@ -28,7 +28,7 @@ constexpr double kMostRoll_Nm = 4;
 constexpr double kMostTilt_Nm = 7;
 constexpr double kLearnFresh = 0.5;
 constexpr double kLearn = 0.1;
-constexpr double kLearnFailed = 0.3;  // less the less a frame tells
+constexpr double kLearnFailed = 0.3;  // with the least variance
 constexpr double kLeastPart = 0.3;    // of the first frame, in which a failure may be
 constexpr double kWholeOpen = 0.88, kWholeLeast = 0.7, kWholeMost = 1.2;
 constexpr int kBlindFrames = 2;     // after a verdict, until orders follow it

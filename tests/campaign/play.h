@@ -122,7 +122,7 @@ class Scenario {
     if (time_s > 0) pass_until([] { return false; }, time_s);
   }
 
-  // What a search tells apart.
+  // What a search distinguishes.
   std::uint64_t situation() {
     std::uint64_t hash = 0;
     const auto mix = [&hash](std::uint64_t part) {

@@ -1,8 +1,8 @@
 #pragma once
 
 // A stand-in for lssd on DDS, so that lss-cli is tested as a whole program without one:
-// acknowledges commands, changes state and mode as Lunar Zebro would, in no time, and can be told
-// to misbehave. Thread-safe; its own thread runs from construction to destruction.
+// acknowledges commands, changes state and mode as Lunar Zebro would, in no time, and
+// misbehaves on request. Thread-safe; its own thread runs from construction to destruction.
 
 #include <atomic>
 #include <chrono>

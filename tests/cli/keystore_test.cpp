@@ -167,45 +167,45 @@ TEST_F(Revocation, ARevokedCertificateIsOnTheListOfEveryEnclaveAndItsNameIsFree)
 
 // Signed permissions are of a name and stay valid.
 TEST_F(Revocation, ARevokedNameIsAddedAgainWithItsRoleOnly) {
-  add("bob", DdsRole::command);
-  revoke_enclave(store_, "bob");
-  EXPECT_THAT(failure_of([&] { add("bob", DdsRole::look); }), HasSubstr("had the role command"));
-  EXPECT_EQ(failure_of([&] { add("bob", DdsRole::command); }), "");
+  add("driver", DdsRole::command);
+  revoke_enclave(store_, "driver");
+  EXPECT_THAT(failure_of([&] { add("driver", DdsRole::look); }), HasSubstr("had the role command"));
+  EXPECT_EQ(failure_of([&] { add("driver", DdsRole::command); }), "");
 }
 
 TEST_F(Revocation, ANameRevokedByItsFileIsAddedAgainOnlyWithTheRoleThatIsBesideTheFile) {
-  const fs::path bob = add("bob", DdsRole::command), eve = add("eve", DdsRole::command);
-  const fs::path copy = folder_ / "bob";  // of the whole enclave
-  fs::copy(bob, copy);
-  const fs::path eve_copy = stolen(eve);
-  for (const fs::path& gone : {bob, eve}) fs::remove_all(gone);
+  const fs::path driver = add("driver", DdsRole::command), guest = add("guest", DdsRole::command);
+  const fs::path copy = folder_ / "driver";  // of the whole enclave
+  fs::copy(driver, copy);
+  const fs::path guest_copy = stolen(guest);
+  for (const fs::path& gone : {driver, guest}) fs::remove_all(gone);
   for (int i = 0; i < 2; ++i) {
     revoke_enclave(store_, "", copy / dds::kCertificate);
-    revoke_enclave(store_, "", eve_copy);
+    revoke_enclave(store_, "", guest_copy);
   }
-  EXPECT_THAT(failure_of([&] { add("bob", DdsRole::look); }), HasSubstr("had the role command"));
+  EXPECT_THAT(failure_of([&] { add("driver", DdsRole::look); }), HasSubstr("had the role command"));
   for (const DdsRole role : {DdsRole::look, DdsRole::command})
-    EXPECT_THAT(failure_of([&] { add("eve", role); }),
+    EXPECT_THAT(failure_of([&] { add("guest", role); }),
                 HasSubstr("had a role that this keystore does not know"));
-  EXPECT_EQ(failure_of([&] { add("bob", DdsRole::command); }), "");
+  EXPECT_EQ(failure_of([&] { add("driver", DdsRole::command); }), "");
 }
 
 TEST_F(Revocation, PermissionsOfAnotherNameBesideTheFileDoNotTellItsRole) {
-  const fs::path bob = add("bob", DdsRole::look), eve = add("eve", DdsRole::command);
-  const fs::path file = bob / "eve.pem";
-  fs::copy_file(eve / dds::kCertificate, file);
-  fs::remove_all(eve);
+  const fs::path driver = add("driver", DdsRole::look), guest = add("guest", DdsRole::command);
+  const fs::path file = driver / "guest.pem";
+  fs::copy_file(guest / dds::kCertificate, file);
+  fs::remove_all(guest);
   revoke_enclave(store_, "", file);
-  EXPECT_THAT(failure_of([&] { add("eve", DdsRole::look); }),
+  EXPECT_THAT(failure_of([&] { add("guest", DdsRole::look); }),
               HasSubstr("had a role that this keystore does not know"));
 }
 
 TEST_F(Revocation, AnEnclaveWhoseCertificateWasRevokedByACopyIsRevokedByItsName) {
-  const fs::path bob = add("bob", DdsRole::command);
-  revoke_enclave(store_, "", stolen(bob));
-  EXPECT_EQ(failure_of([&] { revoke_enclave(store_, "bob"); }), "");
-  EXPECT_FALSE(fs::exists(bob));
-  EXPECT_EQ(failure_of([&] { add("bob", DdsRole::command); }), "");
+  const fs::path driver = add("driver", DdsRole::command);
+  revoke_enclave(store_, "", stolen(driver));
+  EXPECT_EQ(failure_of([&] { revoke_enclave(store_, "driver"); }), "");
+  EXPECT_FALSE(fs::exists(driver));
+  EXPECT_EQ(failure_of([&] { add("driver", DdsRole::command); }), "");
 }
 
 TEST_F(Revocation, AListThatIsLostOrOldForgetsNothing) {

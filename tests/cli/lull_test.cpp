@@ -1,4 +1,4 @@
-// How long a client listens for daemons that nobody has told it of.
+// How long a client listens for daemons that no other daemon has named.
 
 #include <gtest/gtest.h>
 

@@ -146,7 +146,7 @@ TEST(FrameEngine, ALimitThatWasReachedBetweenTwoFramesIsNotForgotten) {
   EXPECT_TRUE(s.seen.limit);
   s.release(14);
   s.compute(15);
-  EXPECT_FALSE(s.seen.limit) << "told once";
+  EXPECT_FALSE(s.seen.limit) << "reported once";
 }
 
 TEST(FrameEngine, ThreadsRunUntilTheyAreStopped) {

@@ -29,7 +29,7 @@ TEST(ProgressWatch, TellsAThreadThatStandsStillOnceAndThatItRunsAgain) {
   EXPECT_TRUE(watch.stuck(1));
 
   ++threads[0].turns;
-  EXPECT_TRUE(watch.look(threads, now += kTenth).empty()) << "told once";
+  EXPECT_TRUE(watch.look(threads, now += kTenth).empty()) << "reported once";
   ++threads[0].turns;
   ++threads[1].turns;
   changes = watch.look(threads, now += kTenth);
@@ -76,7 +76,7 @@ TEST(ClockStep, ASetClockIsReportedOnceAndASlewedOneIsFollowed) {
     EXPECT_EQ(clock.look(i * kSecond, utc += kSecond + ClockStep::kLimit / 2), 0);
 }
 
-TEST(ExpiryWatch, TheExpiryIsToldOnceADayFrom30DaysBeforeAndWhenItHasHappened) {
+TEST(ExpiryWatch, TheExpiryIsReportedOnceADayFrom30DaysBeforeAndWhenItHasHappened) {
   constexpr std::int64_t kDay = ExpiryWatch::kDay_s, kEnd = 400 * kDay + kDay / 2;
   ExpiryWatch watch(kEnd);
   std::vector<std::int64_t> told;
@@ -95,7 +95,7 @@ TEST(ExpiryWatch, TheExpiryIsToldOnceADayFrom30DaysBeforeAndWhenItHasHappened) {
   EXPECT_EQ(late.look(kEnd + 2), std::nullopt);
 }
 
-TEST(ExpiryWatch, AClockThatIsSetTellsItAgainAndWithoutACertificateNothingIsTold) {
+TEST(ExpiryWatch, AClockThatIsSetReportsItAgainAndWithoutACertificateNothingIsReported) {
   constexpr std::int64_t kDay = ExpiryWatch::kDay_s;
   ExpiryWatch watch(100 * kDay);
   EXPECT_EQ(watch.look(99 * kDay), kDay);

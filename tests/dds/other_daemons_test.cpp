@@ -1,4 +1,4 @@
-// Daemons that tell clients of one another.
+// Daemons that name one another to clients.
 
 #include "idl/other_daemons.h"
 

@@ -58,7 +58,7 @@ const verbs = {
   key: (name) => page.keyboard.press(name),
   push: (name) => page.locator("#list").getByRole("button", {name, exact: true}).click(),  // waits until it is enabled
 
-  // An emergency stop by "click" or "space": when the browser was told, when it says that it was pressed, when the page
+  // An emergency stop by "click" or "space": when the browser got the order, when it says that it was pressed, when the page
   // had its acknowledgement.
   async stop(by) {
     const box = await page.locator("#estop").boundingBox();

@@ -47,7 +47,7 @@ class Stops(Scenario):
             errors_ms.append(stop["error_ns"] / 1e6)
             page.done("solve")
             page.says("#state", "Idle")
-        for what, values in (("browser told to click, to the first byte on the bus", from_driver_ms),
+        for what, values in (("order to click, to the first byte on the bus", from_driver_ms),
                              ("event of the page, to the first byte on the bus", from_page_ms),
                              ("event of the page, to the acknowledgement on it", acknowledged_ms),
                              ("uncertainty of the page's clock", errors_ms)):
@@ -164,7 +164,7 @@ class Link(Scenario):
 
     def assert_told(self, page, since_ns):
         told_s = (page.says("#lost", "Connection lost") - since_ns) / 1e9
-        print(f"lost connection told after {told_s * 1e3:.0f} ms: {page.text('#lost')}")
+        print(f"lost connection shown after {told_s * 1e3:.0f} ms: {page.text('#lost')}")
         self.assertLess(told_s, LOST_S + MARGIN_S)
         self.assertRegex(page.text("#lost"), r"zebro-1 was Operational, Walking. Without your heartbeat it \w+")
         page.do("until", f"!{ENABLED}.length", 1000)  # a press now would be executed some time later

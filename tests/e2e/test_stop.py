@@ -58,7 +58,7 @@ class Stop(Scenario):
         orders = self.orders(resumed_ns)
         told_ns = stopped_ns(orders, [wire.EMERGENCY])
         self.assertIsNotNone(told_ns, "every module has its emergency stop")
-        print(f"told after {(told_ns - resumed_ns) / 1e6:.1f} ms")
+        print(f"reported after {(told_ns - resumed_ns) / 1e6:.1f} ms")
         self.assertEqual(moving([f for f in orders if f.time_ns > told_ns]), [])
         self.assertTrue(daemon.running())
         self.cli_ok("solve")

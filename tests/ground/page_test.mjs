@@ -592,7 +592,7 @@ const tests = {
     await walks();
     await page.evaluate("gateway.crafts['rover-1'].age_ms = 5000");  // it is silent
     await rests();
-    await says("#drives", "no status from it: it was told to stand still");
+    await says("#drives", "no status from it: the order to stand still was sent");
     await is("document.body.classList.contains('stale')");
     await page.evaluate("gateway.crafts['rover-1'].age_ms = 0");
     await is("!document.body.classList.contains('stale')");

@@ -159,7 +159,7 @@ class Drive(Rover):
             after = [f for f in frames if f.time_us > begin_us]
             stopped = {f.id: f.time_us for f in reversed(after) if f.id in canlog.DRIVES and f.controlword == canlog.QUICK_STOP}
             self.assertEqual(set(stopped), set(canlog.DRIVES))
-            print(f"quick stop of the last drive {(max(stopped.values()) - begin_us) / 1e3:.2f} ms after the bus told")
+            print(f"quick stop of the last drive {(max(stopped.values()) - begin_us) / 1e3:.2f} ms after the bus reported")
             self.assertLess(max(stopped.values()), begin_us + canlog.PERIOD_US + canlog.OFFSET_US + canlog.RPDOS_US)
 
     def test_4_a_unit_that_is_stopped_leaves_a_rover_that_stands(self):

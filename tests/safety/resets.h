@@ -23,7 +23,7 @@ WorldPtr<T> in_reset(std::uint16_t module, double for_s = 0) {
   w->run(6);
   w->events.clear();
   w->send(CommandKind::reset, {static_cast<double>(module)});
-  w->executed = [world = w.get()] { world->out_.command = {}; };  // the module acts as told here
+  w->executed = [world = w.get()] { world->out_.command = {}; };  // the module acts as this says
   w->step();
   w->executed = nullptr;
   EXPECT_NE(w->answer(CommandKind::reset, Phase::executing), nullptr);

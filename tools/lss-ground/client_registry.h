@@ -61,7 +61,7 @@ struct Client {
   bool doomed = false;            // to be closed, with the reason
   std::string why;
   Clock::time_point doomed_at{};
-  std::deque<std::string> untold{};  // vehicles that it was not told of yet
+  std::deque<std::string> untold{};  // vehicles that were not sent to it yet
   // Of foxglove:
   std::string only;                                      // the vehicle to show; empty: all
   std::map<std::uint32_t, std::uint32_t> subscriptions;  // by channel

@@ -159,7 +159,7 @@ std::string blocked() {
   Broken rover({.speed_m_s = 0.3, .rover = {.step_height_m = 0.150, .step_at_m = 2.6}});
   rover.finds(faults::rover_stuck, 0, 12);
   rover.expects(rover.chain.run_until(Mode::stopped, 3), "does not stop");
-  return rover.expects(rover.told(events::slip_begun), "slip is not told")
+  return rover.expects(rover.told(events::slip_begun), "slip is not reported")
       .expects(!rover.chain.has(faults::imu_lost, kImuNode), "blames the IMU");
 }
 std::string bent() {

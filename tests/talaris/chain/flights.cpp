@@ -126,7 +126,8 @@ std::string Flown::text() const {
   std::string told;
   for (const FaultId id : faults) told += fmt::format(" {}", info(id)->name);
   return fmt::format(
-      "seed {}: {}{}{} ({}) {:.1f} s, down {:.2f} m/s, sideways {:.2f} (told {:.2f}, {:.2f}), tilt "
+      "seed {}: {}{}{} ({}) {:.1f} s, down {:.2f} m/s, sideways {:.2f} (reported {:.2f}, {:.2f}), "
+      "tilt "
       "{:.1f} deg (rest "
       "{:.1f}, air "
       "{:.1f}), off {:.2f} along {:.2f} across, nav {:.2f} {:.2f} ({:.2f} m/s), height {:.2f} (off "

@@ -98,7 +98,7 @@ bool told_wrongly(const FlightPlan& plan, const Flown& f) {
 
 // The cells of the table, after the flight and the ground.
 std::string cells(const FlightPlan& plan, const std::vector<Flown>& all, bool soil) {
-  std::vector<Flown> noticed, told;  // speeds are told when nothing failed
+  std::vector<Flown> noticed, told;  // speeds are reported when nothing failed
   for (const Flown& flown : all) {
     if (std::isfinite(flown.noticed_s)) noticed.push_back(flown);
     if (flown.told_down_m_s > 0) told.push_back(flown);
@@ -144,10 +144,10 @@ TEST(TalarisSoil, Results) {
       "the\nfield](talaris-results.md#a-day-in-the-field); *no altimeter*: silent from the descent "
       "on; *over a hole*: from then on it reads\n0.7 m too much. *Noticed*: after the first foot "
       "was "
-      "in the ground. At most: speeds at touchdown; by how much the daemon's are\nlower (*told "
+      "in the ground. At most: speeds at touchdown; by how much the daemon's are\nlower (*reported "
       "less*: down, sideways); tilt since touchdown; depth of a pad in the end.\n\n"
       "| flight, ground | upright | as planned, wrongly | noticed, s: median, most | down, "
-      "sideways, m/s | told less, m/s | tilt, deg | depth, mm |\n"
+      "sideways, m/s | reported less, m/s | tilt, deg | depth, mm |\n"
       "|---|---|---|---|---|---|---|---|\n",
       testing_support::stamp(LSS_SOIL_DOCUMENT), kSeeds);
   std::string failures;

@@ -55,7 +55,7 @@ TEST_P(TalarisAlone, IsFlownUpright) {
     SCOPED_TRACE(flown.text());
     EXPECT_TRUE(flown.upright());
     EXPECT_LT(flown.down_m_s, 1.3);
-    EXPECT_TRUE(!flown.succeeded || (safe(flown) && flown.off_m() < 6)) << "told as planned";
+    EXPECT_TRUE(!flown.succeeded || (safe(flown) && flown.off_m() < 6)) << "reported as planned";
   }
   std::printf("%s: upright %u, gently %u, as planned %u of %u; most %.2f m/s down, %.2f sideways\n",
               GetParam().name, count(all, [](const Flown& f) { return f.upright(); }),

@@ -272,7 +272,7 @@ TEST_P(TalarisAirFaults, InTheAirItComesDownFirst) {
   w.step();
   EXPECT_EQ(w.state(), State::operational);
   EXPECT_TRUE(w.airborne());
-  EXPECT_TRUE(w.has(GetParam().fault, GetParam().subject)) << "told and latched at once";
+  EXPECT_TRUE(w.has(GetParam().fault, GetParam().subject)) << "reported and latched at once";
   EXPECT_NE(w.heard(EventId::contingency), nullptr);
   ASSERT_TRUE(w.run_until(State::fatal_error, 60));
   EXPECT_EQ(w.height_m, 0) << "not before it is down";

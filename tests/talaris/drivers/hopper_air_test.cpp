@@ -19,7 +19,7 @@ void boot_flying(HopperWorld& world) {
   world.sent.clear();
 }
 
-// Neither is a node reset nor are fans told to stop.
+// Neither is a node reset nor are fans ordered to stop.
 void expect_no_break(HopperWorld& world) {
   EXPECT_GE(world.sent_with(0x221).size(), 5u);
   for (const CanFrame& f : world.sent_with(0x221)) EXPECT_EQ(f.data[0] | f.data[1] << 8, 1700);

@@ -52,7 +52,7 @@ TEST(SolveRounds, TheSameFaultOfTheSameModuleIsSolvedSoOftenAndThenByAPerson) {
   ASSERT_NO_FATAL_FAILURE(solve_as_often_as_allowed(w, 2));
   for (int i = 0; i < 3; ++i) EXPECT_EQ(solve(w), reasons::solved_too_often);
   EXPECT_EQ(w.state(), State::fatal_error);
-  EXPECT_TRUE(w.has(FaultId::module_over_current, 3)) << "it is still told";
+  EXPECT_TRUE(w.has(FaultId::module_over_current, 3)) << "it is still reported";
   const Ack& refused = *w.last(Phase::rejected);
   EXPECT_EQ(refused.verdict.subject, 3);
   EXPECT_EQ(refused.verdict.measured, 3);

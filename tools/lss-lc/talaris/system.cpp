@@ -185,7 +185,7 @@ constexpr std::array kOwnSteps = {
                    return !in_mode(t.before, Mode::script) || !operational(t.result.next) ||
                           same_mode(t) || to(t, Mode::manual);
                  }},
-    StepProperty{"flags change by what they tell of, only", "4.5.1", lc::kLinks,
+    StepProperty{"flags change only by what they report", "4.5.1", lc::kLinks,
                  [](T t) {
                    const Event e = t.happening.event;
                    const auto changed = [&](Flag flag) {

@@ -124,7 +124,7 @@ export class Drive {
     this.stick = this.stickOfPad();
     if (this.way && (this.requests.lost || !this.shown?.living)) {
       this.blocked = true;
-      this.end("no status from it: it was told to stand still");
+      this.end("no status from it: the order to stand still was sent");
     }
     this.settle();
     this.update();

@@ -73,7 +73,7 @@ export function described(vehicle: Vehicle): Omit<Kind, keyof Picture> {
     return member.name === "isolated" && value ? {text, tone: "bad"} : text;
   }
 
-  // Of a part; with what an array beside it tells of its elements.
+  // Of a part; with what an array beside it has for its elements.
   function table(f: Field, t: Json): Table {
     const members = f.fields!.filter((m) => m.name !== "id" && !details.has(`${f.name}.${m.name}`));
     const beside = headline.filter((h) => h.parts === f.name).flatMap((h) => fields.filter((one) => one.name === h.field).map((one) => ({...one, label: h.label})));
