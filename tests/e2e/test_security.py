@@ -201,6 +201,14 @@ class Security(Enclaves, Scenario):
             self.assertEqual(status.code, 0, status)
             self.assertIn("Idle", status.out)
 
+    def test_systemd_does_not_start_a_service_again_whose_role_does_not_suffice(self):
+        self.start_secured()
+        for name, program, *words in (("watcher", "lss-ground", "--listen", "127.0.0.1:0"),
+                                      ("pilot", "lss-ros", "--ros-domain", str(self.domain))):
+            refused = run([os.path.join(self.TOOLS, program), *words, "--enclave", self.enclave(name)], self.environment(), 60)
+            self.assertEqual(refused.code, EXIT["usage"], refused)  # RestartPreventExitStatus= of their units
+            self.assertIn("the permissions of the enclave do not allow", refused.err)
+
     def test_each_role_may_what_it_may(self):
         self.start_secured()
         self.begin_walk("--source", "pilot")

@@ -167,6 +167,10 @@ dds::Entity Node::entity(const std::string& name, const dds_topic_descriptor_t& 
       !topic   ? topic.get()
       : writes ? dds_create_writer(participant_, topic.get(), qos.get(), nullptr)
                : dds_create_reader(participant_, topic.get(), qos.get(), listener_);
+  if (made == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY)
+    throw Failure(ExitCode::usage,
+                  fmt::format("the permissions of the enclave do not allow DDS topic {}", name),
+                  "take an enclave of the role bridge: docs/security.md");
   if (made < 0)
     throw Failure(ExitCode::internal,
                   fmt::format("cannot create DDS topic {}: {}", name, dds_strretcode(made)));
