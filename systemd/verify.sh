@@ -26,6 +26,12 @@ if [ -n "$complaints" ]; then
   exit 1
 fi
 
+# By default systemd gives up after five starts in 10 s.
+for unit in iox-roudi lssd@ lssd-obc@ lss-ground lss-ros@; do
+  grep -q '^StartLimitIntervalSec=0$' "$root/usr/lib/systemd/system/$unit.service" ||
+    { echo "$unit.service is not started again for as long as it takes"; exit 1; }
+done
+
 mkdir -p "$root/etc"
 systemd-sysusers --root="$root" "$root/usr/lib/sysusers.d/lss.conf" > /dev/null
 for user in lss iox; do
