@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "gnc/ardito/mobility_controller.h"
 #include "gnc/ardito/slip.h"
@@ -22,12 +23,13 @@ constexpr double kCarries = 0.4;
 // anything, loaded_current.
 double others_load(const PerWheel<double>& load, WheelSet driven, std::size_t wheel,
                    const Parameters& p) noexcept {
-  PerWheel<double> pushing{};
+  PerWheel<double> pushing;
+  pushing.fill(std::numeric_limits<double>::infinity());  // the others, behind those that push
   std::size_t count = 0;
   for (std::size_t i = 0; i < kWheels; ++i)
     if (i != wheel && contains(driven, i) && load[i] > 0) pushing[count++] = load[i];
   if (count == 0) return p.loaded_current;
-  std::sort(pushing.begin(), pushing.begin() + static_cast<std::ptrdiff_t>(count));
+  std::ranges::sort(pushing);
   const double carries = kCarries * pushing[count / 2];
   double sum = 0, carrying = 0;
   for (std::size_t i = 0; i < count; ++i) {

@@ -11,7 +11,7 @@ namespace {
 constexpr int kEnough = 8;      // samples of a frame that make a mean
 constexpr double kBegun_s = 1;  // movement before this collected time is no restart
 // Of the samples: with more it sends at another rate, and its packets make shorter frames.
-constexpr double kMostShare = 1.1;
+constexpr double kMostSamples = 1.1;
 
 double largest(const Vector3& v) noexcept { return v.cwiseAbs().maxCoeff(); }
 
@@ -175,7 +175,7 @@ void Calibration::finish(double collected_s, const NavigationParameters& p) noex
   const double size = mean_.force.norm();
   const double share = mean_.count * p.imu_period_s / collected_s;
   if (share < p.min_samples) return fail(CalibrationFault::imu_silent, share, p.min_samples);
-  if (share > kMostShare) return fail(CalibrationFault::imu_silent, share, kMostShare);
+  if (share > kMostSamples) return fail(CalibrationFault::imu_silent, share, kMostSamples);
   if (largest(mean_.rate) > p.max_rate_bias_rad_s) {
     return fail(CalibrationFault::rate_bias, largest(mean_.rate), p.max_rate_bias_rad_s);
   }
