@@ -41,7 +41,8 @@ std::string markdown(const std::vector<Growth>& all, const Machine& machine,
       "For reviewers: what twice as much of something costs. Made by `{}`; do not edit. Method: "
       "[growth.cpp](../tests/bench/growth.cpp).\n\n"
       "- cost: median of the rounds\n"
-      "- each more: what one more costs, between this count and the one before\n"
+      "- each more: what one more costs, between this count and the one before; in brackets the "
+      "least and the most by the rounds\n"
       "- at most linear: one more costs no more than in the step before, and the cost grows no "
       "more than the count; undecided when rounds differ by more than that\n\n"
       "| machine | |\n|---|---|\n| date | {} |\n| CPU | {} x {} |\n| kernel | {}, {} |\n"
@@ -78,7 +79,8 @@ std::string markdown(const std::vector<Growth>& all, const Machine& machine,
         continue;
       }
       const Step& step = all_steps[i - 1];
-      text += fmt::format(" {} | {} |\n", number(step.each_more), word(step.met));
+      text += fmt::format(" {} ({} to {}) | {} |\n", number(step.each_more),
+                          number(step.least_more), number(step.most_more), word(step.met));
     }
     text += '\n';
   }
