@@ -111,7 +111,7 @@ const std::vector<Cause>& causes() {
          w.imu.vibration_rad_s = 0.02 * v;
        })},
       {"scale and axes of the IMU",
-       "0.1 %",
+       "x 0.1 %",
        {0, 1, 2, 5, 10},
        in_world([](TalarisOptions& w, double v) {
          w.imu.gyro_scale = w.imu.accel_scale = w.imu.skewed_rad = v * 1e-3;
@@ -299,11 +299,10 @@ std::string edge_section(unsigned seeds, const std::string& picture) {
       all_good = false;
     }
     if (all_good)
-      clear += fmt::format("{}{} {:g} {}", clear.empty() ? "" : "; ", cause.name,
-                           cause.values.back(), cause.unit);
+      clear += fmt::format("- {}: {:g} {}\n", cause.name, cause.values.back(), cause.unit);
     all.emplace_back(&cause, points);
   }
-  if (!clear.empty()) text += "\nOmitted up to the largest value: " + clear + ".\n";
+  if (!clear.empty()) text += "\nOmitted up to the largest value:\n\n" + clear;
   if (!picture.empty()) std::ofstream(picture) << drawn(all);
   return text;
 }

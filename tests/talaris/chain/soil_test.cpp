@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <map>
+#include <string>
 
 #include "idl/talaris/codes.h"
 #include "tests/support/section.h"
@@ -142,15 +144,17 @@ TEST(TalarisSoil, Results) {
       "--gtest_filter=TalarisSoil.Results`.\n"
       "The whole chain, off the same soil, seeds 1 to {}, narrow dispersion; *wide*: [a day in "
       "the\nfield](talaris-results.md#a-day-in-the-field); *no altimeter*: silent from the descent "
-      "on; *over a hole*: from then on it reads\n0.7 m too much. *Noticed*: after the first foot "
-      "was "
-      "in the ground. At most: speeds at touchdown; by how much the daemon's are\nlower (*reported "
-      "less*: down, sideways); tilt since touchdown; depth of a pad in the end.\n\n"
+      "on; *over a hole*: from then on it reads\n0.7 m too much. *Wrongly*: reported \"as "
+      "planned\", "
+      "and was not; *noticed*: after the first foot was in the ground. At most: speeds\nat "
+      "touchdown; by how much the daemon's are lower (*reported less*: down, sideways); tilt since "
+      "touchdown; depth of a pad in the end.\n\n"
       "| flight, ground | upright | as planned, wrongly | noticed, s: median, most | down, "
       "sideways, m/s | reported less, m/s | tilt, deg | depth, mm |\n"
       "|---|---|---|---|---|---|---|---|\n",
       testing_support::stamp(LSS_SOIL_DOCUMENT), kSeeds);
   std::string failures;
+  std::map<std::string, unsigned> causes;
   for (const Row& row : rows) {
     for (const char* ground : row.grounds) {
       const auto all = runs(kSeeds, [&](unsigned seed) { return fly(on(row.plan, ground), seed); });
@@ -160,14 +164,19 @@ TEST(TalarisSoil, Results) {
       std::fflush(stdout);
       text += line;
       for (const Flown& f : all) {
+        const char* why = f.why == Reason::none ? "-" : info(f.why)->name;
+        if (!f.succeeded && row.plan.faults.empty()) ++causes[why];
         if (f.upright() && !told_wrongly(row.plan, f)) continue;
-        failures +=
-            fmt::format("- {}, {}, seed {}: {}, {:.2f} m/s down, {:.2f} sideways{}\n", row.name,
-                        ground, f.seed, f.why == Reason::none ? "-" : info(f.why)->name, f.down_m_s,
-                        f.sideways_m_s, f.upright() ? "" : ", not upright");
+        failures += fmt::format("- {}, {}, seed {}: {}, {:.2f} m/s down, {:.2f} sideways{}\n",
+                                row.name, ground, f.seed, why, f.down_m_s, f.sideways_m_s,
+                                f.upright() ? "" : ", not upright");
       }
     }
   }
+  std::string others;
+  for (const auto& [why, n] : causes)
+    others += fmt::format("{}{} ({})", others.empty() ? "" : ", ", why, n);
+  if (!others.empty()) text += "\nNot as planned without a fault: " + others + ".\n";
   if (!failures.empty()) text += "\nNot upright, or wrongly \"as planned\":\n\n" + failures;
   std::printf("%s", failures.c_str());
   testing_support::write_section(LSS_SOIL_DOCUMENT, "TALARIS lands on soil", text);
