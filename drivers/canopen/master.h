@@ -60,7 +60,7 @@ struct NodeStatus {
   Entry failed_entry{};              // last entry that could not be written or read
   std::uint32_t abort_code = 0;      // and why
   std::uint16_t emcy_code = 0;       // of the last EMCY
-  std::uint8_t emcy_register = 0;    // and all that was wrong then; 0 after a boot-up
+  std::uint8_t emcy_register = 0;
   TimeNs emcy_ns = 0;
   bool emcy_storm = false;  // more than ten within a second
   std::uint64_t emcys = 0;

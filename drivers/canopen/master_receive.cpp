@@ -116,7 +116,6 @@ void Master::heartbeat(Node& node, const CanFrame& frame) noexcept {
 
 void Master::booted(Node& node, TimeNs time) noexcept {
   ++node.status.boots;
-  node.status.emcy_register = 0;  // what is still wrong it says anew
   switch (node.status.state) {
     case NodeState::off:  // it is reset soon
     case NodeState::babbling: return;

@@ -17,8 +17,6 @@ inline constexpr std::size_t kHopperFans = 4;
 // CAN nodes in the order of the driver, independent of their numbers on the bus.
 inline constexpr std::size_t kValveNode = 0, kFanNode = 1, kLoadCellNode = 2;
 inline constexpr std::size_t kHopperNodes = 3;
-// In the error register: a sensor of the node does not answer, its values do not change.
-inline constexpr std::uint8_t kSensorDead = 0x80;
 
 // One packet of the IMU, in the axes of the sensor.
 struct ImuPacket {

@@ -105,10 +105,6 @@ Verdict Vehicle::consider_execute() const noexcept {
     return {.reason = reasons::altimeter_lost, .subject = kAltimeterModule};
   if (plan.uses_fans && !(flags & kFansArmed))
     return {.reason = reasons::fans_not_armed, .subject = kFanModule};
-  if ((plan.uses_gas || parameters_.min_voltage_V > 0) && values_stuck(kValveNode))
-    return {.reason = reasons::values_stuck, .subject = kValveModule};
-  if (plan.uses_fans && values_stuck(kFanNode))
-    return {.reason = reasons::values_stuck, .subject = kFanModule};
   if (plan.uses_gas) {
     if (const Verdict v = consider_valves(0xFF); v.reason != Reason::none) return v;
     const double least_kPa = parameters_.flight.gas.min_regulated_kPa;

@@ -73,8 +73,6 @@ class Sensors {
   const GasState& gas() const noexcept { return gas_; }  // unfiltered
   double fan_age_s() const noexcept { return age_s(fans_ns_); }
   const std::array<double, kHopperFans>& rpm() const noexcept { return rpm_; }
-  void forget_gas() noexcept { gas_ns_ = 0; }  // as if they had never come
-  void forget_fans() noexcept { fans_ns_ = 0; }
   std::array<double, 3> load_N() const noexcept;
   std::array<double, 3> load_Nm() const noexcept;
 

@@ -61,8 +61,6 @@ void Vehicle::read(const lss::Inputs<Vehicle>& in) noexcept {
   bus_ = in.bus;
   sensors_.begin(in.time_ns, !output_.airborne);
   for (std::uint32_t i = 0; i < in.sample_count; ++i) sensors_.take(in.samples[i]);
-  if (values_stuck(kValveNode)) sensors_.forget_gas();
-  if (values_stuck(kFanNode)) sensors_.forget_fans();
 }
 
 Mode Vehicle::mode() const noexcept { return static_cast<Mode>(supervisor_->controller().mode); }

@@ -106,9 +106,6 @@ class Vehicle final : public Actor {
   Mode mode() const noexcept;
   const HopperLink& link(std::size_t node) const noexcept { return bus_.can.status.link[node]; }
   bool answers(std::size_t node) const noexcept;
-  bool values_stuck(std::size_t node) const noexcept {  // as it says itself
-    return (link(node).node.emcy_register & kSensorDead) != 0;
-  }
   // A frame wakes after its T_k and may know later messages.
   TimeNs age_of(TimeNs heard_ns) const noexcept { return std::max<TimeNs>(now_ns_ - heard_ns, 0); }
   bool flying() const noexcept;  // the flight commands valves and fans

@@ -103,10 +103,6 @@ void Vehicle::watch_link(std::size_t i, Supervisor& s) noexcept {
   follow(canopen::NodeState::wrong_device, FaultId::node_wrong);
   follow(canopen::NodeState::failed, FaultId::node_refuses);
   follow(canopen::NodeState::babbling, FaultId::node_babbles);
-  if (values_stuck(i))
-    s.latch(faults::values_stuck, module);
-  else
-    s.clear(faults::values_stuck, module);
   if (node.emcys != emcys_[i]) {
     emcys_[i] = node.emcys;
     s.note(EventId::emergency_message, module, node.emcy_code);

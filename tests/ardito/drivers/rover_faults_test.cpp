@@ -197,18 +197,6 @@ TEST(RoverFaults, ANodeThatRebootsIsReportedWhileDrivingAndBroughtUpWhenTheRover
   EXPECT_TRUE(world.sent_with(0x000).size() == 1) << "started, not reset";
 }
 
-TEST(RoverFaults, ABootEndsWhatANodeSaidIsWrong) {
-  RoverWorld world;
-  world.boot();
-  world.steering(3).send_emcy(0x5000, 0x81, world.now);
-  world.run_frames(2);
-  const std::size_t index = kFirstSteering + 3;
-  EXPECT_EQ(world.link(index).node.emcy_register, 0x81);
-  world.steering(3).reboot(world.now);
-  world.run_frames(20);
-  EXPECT_EQ(world.link(index).node.emcy_register & 0x80, 0);
-}
-
 TEST(RoverFaults, ANodeThatFallsBackByItselfIsReported) {
   RoverWorld world;
   world.boot();

@@ -269,15 +269,6 @@ TEST_F(Nodes, AnErrorIsReportedOnceAndSettledOnce) {
   EXPECT_EQ(std::ranges::count(master_.heard, "0A1 [8] 00 00 00 00 00 00 00 00"), 1);
 }
 
-TEST_F(Nodes, TheRegisterOfAnErrorHasThoseBeforeItToo) {
-  bring_up();
-  imu_.inject_emcy(0x5000, true);
-  imu_.inject_emcy(0x4210, true);
-  stay_alive(200);
-  EXPECT_THAT(master_.heard, Contains("0A1 [8] 00 50 81 00 00 00 00 00"));
-  EXPECT_THAT(master_.heard, Contains("0A1 [8] 10 42 89 00 00 00 00 00"));
-}
-
 TEST_F(Nodes, FramesThatAreNotForThemChangeNothing) {
   bring_up();
   CanFrame extended = frame("220 [1] 7F"), remote = extended;

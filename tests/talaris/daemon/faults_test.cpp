@@ -312,8 +312,6 @@ INSTANTIATE_TEST_SUITE_P(
                    w.valves_alive = false;
                    w.node(kValveNode).state = canopen::NodeState::lost;
                  }},
-        InTheAir{"pressure_stuck", FaultId::module_silent, kValveModule, Phase::parachute, 1.5,
-                 [](World& w) { w.node(kValveNode).emcy_register = 0x81; }},
         InTheAir{"pressure_gone", faults::pressure_lost, kValveModule, Phase::parachute, 1.5,
                  [](World& w) {
                    w.regulated_kPa = 0;

@@ -1,5 +1,4 @@
-// A commanded reset: nodes are away for a while, which is expected, and come back or do not. What
-// a reset ends: values of a node whose sensors do not answer.
+// A commanded reset: nodes are away for a while, which is expected, and come back or do not.
 
 #include <gtest/gtest.h>
 
@@ -91,38 +90,6 @@ TEST(TalarisReset, OfALoadCellThatIsNotThereIsOverAtOnce) {
   w.run(1);
   ASSERT_EQ(w.why(lss::CommandKind::reset, {kLoadCellModule}), Reason::none);
   EXPECT_TRUE(answered(w, lss::Phase::completed));
-}
-
-// EMCY 0x5000: a sensor of the node does not answer.
-TEST(TalarisReset, EndsThatTheValuesOfANodeAreNotUsed) {
-  for (const std::size_t node : {kValveNode, kFanNode}) {
-    World w;
-    ASSERT_TRUE(w.start() && w.arm() && w.calibrate());
-    ASSERT_EQ(w.why(Kind::plan, {double(Program::hop), 2, 5, 0, 0}), Reason::none);
-    w.node(node).emcy_register = 0x81;
-    w.step();
-    EXPECT_TRUE(w.has(faults::values_stuck, module_of(node)));
-    EXPECT_EQ(w.state(), State::operational) << "a warning on the ground";
-    const Verdict v = w.ask(Kind::gnc, {2});
-    EXPECT_EQ(v.reason, reasons::values_stuck);
-    EXPECT_EQ(v.subject, module_of(node));
-    w.node(node).emcy_register = 0;  // by its boot-up
-    w.run(1);
-    EXPECT_FALSE(w.has(faults::values_stuck, module_of(node)));
-    EXPECT_EQ(w.why(Kind::gnc, {2}), Reason::none);
-  }
-}
-
-TEST(TalarisReset, FanSpeedsThatDoNotChangeEndAFlight) {
-  World w;
-  ASSERT_TRUE(w.fly(Program::hop, 2, 20));
-  ASSERT_TRUE(w.run_until(Phase::traverse, 10));
-  w.node(kFanNode).emcy_register = 0x81;
-  ASSERT_TRUE(w.run_until(Phase::escape, 1));
-  w.step();
-  EXPECT_TRUE(w.airborne());
-  EXPECT_TRUE(w.has(faults::values_stuck, kFanModule));
-  EXPECT_TRUE(w.has(FaultId::module_silent, kFanModule));
 }
 
 TEST(TalarisReset, TwoInOneFrameReachBothNodes) {

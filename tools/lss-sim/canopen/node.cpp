@@ -42,7 +42,6 @@ std::uint8_t register_of(std::uint16_t code) {
     case 0x2: return 1 << 1;
     case 0x3: return 1 << 2;
     case 0x4: return 1 << 3;
-    case 0x5: return 1 << 7;
     case 0x7: return 1 << 5;
     case 0x8: return code >> 8 == 0x86 ? 1 << 5 : 1 << 4;
     default: return 0;
@@ -272,7 +271,7 @@ void Node::serve_timers() {
 void Node::raise(std::uint16_t code) {
   if (std::ranges::find(active_, code) != active_.end()) return;
   active_.push_back(code);
-  to_tell_.push_back({code, error_register()});
+  to_tell_.push_back({code, static_cast<std::uint8_t>(1 | register_of(code))});
   for (std::uint8_t sub = 4; sub > 1; --sub) {
     objects_.set(0x1003, sub, objects_.get(0x1003, static_cast<std::uint8_t>(sub - 1)));  // older
   }
@@ -286,14 +285,10 @@ void Node::settle(std::uint16_t code) {
 
 void Node::inject_emcy(std::uint16_t code, bool attach) { attach ? raise(code) : settle(code); }
 
-std::uint8_t Node::error_register() const {
+void Node::serve_emcy() {
   std::uint8_t bits = 0;
   for (const std::uint16_t code : active_) bits |= static_cast<std::uint8_t>(1 | register_of(code));
-  return bits;
-}
-
-void Node::serve_emcy() {
-  objects_.set(0x1001, 0, error_register());
+  objects_.set(0x1001, 0, bits);
   const auto inhibit_ms = static_cast<int>(objects_.get(0x1015, 0) + 9) / 10;
   if (++emcy_ms_ < inhibit_ms || to_tell_.empty() || nmt_ == Nmt::stopped) return;
   const Emcy emcy = to_tell_.front();

@@ -108,7 +108,6 @@ class Node {
   void take_rpdo(Pdo& pdo, const CanFrame& frame);
   void send_tpdo(Pdo& pdo);
   void serve_timers();
-  std::uint8_t error_register() const;
   void serve_sdo(const CanFrame& request);
   Abort write(std::uint16_t index, std::uint8_t sub, std::size_t bytes, std::uint32_t value);
   Abort check_pdo(const Pdo& pdo, bool transmit, std::uint16_t index, std::uint8_t sub,
