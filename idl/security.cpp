@@ -158,7 +158,7 @@ std::string common_name(const X509* certificate) {
 
 tl::expected<Enclave, std::string> read_enclave(const fs::path& folder,
                                                 std::chrono::days clock_slack,
-                                                bool* clock_is_late) {
+                                                bool* clock_may_cure) {
   std::error_code none;
   Enclave enclave;
   enclave.folder = fs::absolute(folder, none);
@@ -206,15 +206,18 @@ tl::expected<Enclave, std::string> read_enclave(const fs::path& folder,
   if (now_s < begins_s) {
     const std::string clock =
         "is valid from " + day(begins_s) + ", but the clock says " + day(now_s) + ": set the clock";
-    if (clock_is_late != nullptr) *clock_is_late = true;
+    if (clock_may_cure != nullptr) *clock_may_cure = true;
     if (begins_s - now_s > std::chrono::seconds(clock_slack).count())
       return wrong(all, clock + ", or allow this difference by dds.security.clock_slack_days");
     enclave.warnings.push_back(all.string() + " " + clock +
                                "; until the next start expired certificates are accepted");
     check_no_dates();
   }
-  if (now_s > enclave.not_after_utc_s)
-    return wrong(all, "expired on " + day(enclave.not_after_utc_s) + ": make a new one");
+  if (now_s > enclave.not_after_utc_s) {
+    if (clock_may_cure != nullptr) *clock_may_cure = true;
+    return wrong(all, "expired on " + day(enclave.not_after_utc_s) + ", and the clock says " +
+                          day(now_s) + ": make a new one, or set the clock");
+  }
   constexpr std::int64_t kSoon_s = 30 * 86'400;
   if (now_s > enclave.not_after_utc_s - kSoon_s)
     enclave.warnings.push_back(all.string() + " expires on " + day(enclave.not_after_utc_s) +

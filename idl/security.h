@@ -40,11 +40,11 @@ struct Enclave {
 // revoked it, and both documents were signed by the permissions CA itself. (The plugin of Cyclone
 // 0.10.2 accepts any signer with a certificate of that CA, CVE-2023-24011.) `clock_slack`: how far
 // the clock may be before the beginning of a certificate, as on a computer without a clock battery;
-// then this process checks no dates of certificates. `clock_is_late`: set when the clock is before
-// that beginning, by however much.
+// then this process checks no dates of certificates. `clock_may_cure`: set when the clock is before
+// that beginning or behind the end, by however much.
 tl::expected<Enclave, std::string> read_enclave(const std::filesystem::path& folder,
                                                 std::chrono::days clock_slack = {},
-                                                bool* clock_is_late = nullptr);
+                                                bool* clock_may_cure = nullptr);
 
 // CN of the subject; empty: it has none.
 std::string common_name(const x509_st* certificate);

@@ -153,11 +153,13 @@ std::string configuration(const ParticipantParameters& parameters, bool shared_m
   return text;
 }
 
+constexpr std::string_view kNotPermitted =
+    ": the permissions of the enclave do not allow it; lss-cli keystore list shows its role, "
+    "docs/security.md what each may";
+
 std::string failure(const std::string& what, dds_return_t code) {
   if (code == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY)
-    return "cannot create " + what +
-           ": the permissions of the enclave do not allow it; lss-cli keystore list shows its "
-           "role, docs/security.md what each may";
+    return "cannot create " + what + std::string(kNotPermitted);
   return "cannot create " + what + ": " + dds_strretcode(code);
 }
 
@@ -209,6 +211,11 @@ Result<Entity> create_reader_with(const Qos& qos, dds_entity_t participant, cons
 
 }  // namespace
 
+Refusal refusal_of(std::string error) {
+  const bool role = error.ends_with(kNotPermitted);
+  return {std::move(error), role ? Cure::change : Cure::unknown};
+}
+
 std::vector<std::string> missing_interfaces(const std::vector<std::string>& names) {
   ifaddrs* all = nullptr;
   if (::getifaddrs(&all) != 0) return names;
@@ -232,11 +239,11 @@ tl::expected<Participant, Refusal> Participant::create(const ParticipantParamete
                   Cure::change);
   }
   Participant result;
-  bool clock_is_late = false;
+  bool clock_may_cure = false;
   const auto domain = static_cast<dds_domainid_t>(parameters.domain);
   if (!parameters.enclave.empty()) {
-    auto enclave = read_enclave(parameters.enclave, parameters.clock_slack, &clock_is_late);
-    if (!enclave) return refuse(enclave.error(), clock_is_late ? Cure::time : Cure::change);
+    auto enclave = read_enclave(parameters.enclave, parameters.clock_slack, &clock_may_cure);
+    if (!enclave) return refuse(enclave.error(), clock_may_cure ? Cure::time : Cure::change);
     result.enclave_ = std::move(*enclave);
   }
   if (parameters.shared_memory && !result.enclave_) result.roudi_ = find_roudi();
@@ -264,7 +271,7 @@ tl::expected<Participant, Refusal> Participant::create(const ParticipantParamete
   if (participant == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY)
     return refuse("the plugins of DDS Security refuse the enclave " + parameters.enclave.string() +
                       ": take its files from the keystore again",
-                  clock_is_late ? Cure::time : Cure::change);
+                  clock_may_cure ? Cure::time : Cure::change);
   if (participant < 0) return refuse(failure("DDS participant", participant), Cure::unknown);
   result.participant_ = Entity(participant);
   return result;

@@ -175,6 +175,9 @@ enum class Transport {
   network,  // off shared memory, also in a participant that has it
 };
 
+// Of an error of a writer or reader: another role of the enclave may allow it, or nobody knows.
+Refusal refusal_of(std::string error);
+
 // The listener may be null; it must outlive only the call.
 Result<Entity> create_writer(dds_entity_t participant, const Topic& topic,
                              Transport transport = Transport::best);

@@ -242,13 +242,11 @@ tl::expected<std::unique_ptr<Face>, Refusal> Face::create(const FaceParameters& 
                  parameters.vehicle_id + " --role vehicle)");
   }
   auto impl = std::make_unique<Impl>(parameters, std::move(sink), std::move(*participant), *topic);
-  // Another role of the enclave may allow it.
-  const Cure cure = parameters.enclave.empty() ? Cure::unknown : Cure::change;
   if (auto opened = impl->open_writers(); !opened)
-    return tl::unexpected(Refusal{opened.error(), cure});
+    return tl::unexpected(dds::refusal_of(opened.error()));
   impl->say_dictionary();
   if (auto opened = impl->open_readers(); !opened)
-    return tl::unexpected(Refusal{opened.error(), cure});
+    return tl::unexpected(dds::refusal_of(opened.error()));
   return std::unique_ptr<Face>(new Face(std::move(impl)));
 }
 

@@ -211,8 +211,9 @@ std::string FrameLog::write_file(const std::filesystem::path& path) const {
   mark_being_written(fd);
   int error = write_all(fd, text);
   if (error == 0 && ::fsync(fd) != 0) error = errno;
-  if (::close(fd) != 0 && error == 0) error = errno;
+  // Before it is closed, which unlocks it: another daemon deletes an unlocked one.
   if (error == 0 && ::rename(temporary.c_str(), path.c_str()) != 0) error = errno;
+  if (::close(fd) != 0 && error == 0) error = errno;
   if (error != 0) {
     ::unlink(temporary.c_str());
     return std::strerror(error);

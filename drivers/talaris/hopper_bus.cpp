@@ -105,20 +105,22 @@ void HopperBus::receive(std::span<const CanFrame> frames) noexcept {
 }
 
 // A node may send more than it is configured to, and less than counts as babbling: between the bus
-// and the frame there is no room for that, and it would displace what others say.
-bool HopperBus::too_soon(const canopen::PdoSample& raw) noexcept {
-  TimeNs& last_ns = heard_ns_[raw.node][raw.number - 1u];
-  const TimeNs since_ns = raw.time_ns - last_ns;
-  if (since_ns >= 0 && since_ns < event_timer(raw.node, raw.number) / 2) return true;
-  last_ns = raw.time_ns;
-  return false;
+// and the frame there is no room for that, and it would displace what others say. Twice as many may
+// come, and a few in a batch.
+bool HopperBus::too_many(const canopen::PdoSample& raw) noexcept {
+  constexpr TimeNs kWindow = 100 * kMillisecond;
+  Heard& heard = heard_[raw.node][raw.number - 1u];
+  if (const TimeNs since_ns = raw.time_ns - heard.begun_ns; since_ns < 0 || since_ns >= kWindow)
+    heard = {raw.time_ns, 0};
+  const TimeNs timer_ns = event_timer(raw.node, raw.number);
+  return timer_ns > 0 && ++heard.count > 4 + 2 * kWindow / timer_ns;
 }
 
 // Forces wait for the moments of the same instant.
 void HopperBus::heard(const canopen::PdoSample& raw) noexcept {
   TalarisSample sample{raw.time_ns, {}};
   if (!decode(raw.node, raw.number, std::span(raw.data).first(raw.size), sample.reading)) return;
-  if (too_soon(raw)) {
+  if (too_many(raw)) {
     ++counters_.overflows;
     return;
   }

@@ -49,7 +49,7 @@ struct HopperCounters {
   std::uint64_t stale_orders = 0;   // too old when they arrived
   std::uint64_t bad_orders = 0;     // pulse widths outside 1000..2000 us: clipped
   std::uint64_t load_unpaired = 0;  // halves of load samples
-  std::uint64_t overflows = 0;      // samples that were not taken, or came too soon
+  std::uint64_t overflows = 0;      // samples that were not taken, or were too many of one kind
 };
 
 struct HopperStatus {
@@ -91,7 +91,7 @@ class HopperBus {
   void allow_boot(bool all, bool fallen_back) noexcept;
   void shut(TimeNs now) noexcept;
   void send_fans(TimeNs now) noexcept;
-  bool too_soon(const canopen::PdoSample& raw) noexcept;
+  bool too_many(const canopen::PdoSample& raw) noexcept;
   void heard(const canopen::PdoSample& raw) noexcept;
   void keep(const TalarisSample& sample) noexcept;
 
@@ -105,7 +105,11 @@ class HopperBus {
   TimeNs fans_ns_ = 0, shut_ns_ = 0;  // when they are sent again
   TalarisSample half_{};              // of the load cell: forces without moments yet
   bool has_half_ = false;
-  std::array<std::array<TimeNs, 2>, kHopperNodes> heard_ns_{};  // TPDO 1 and 2 of each, the last
+  struct Heard {
+    TimeNs begun_ns = 0;
+    std::int64_t count = 0;  // since then
+  };
+  std::array<std::array<Heard, 2>, kHopperNodes> heard_{};  // TPDO 1 and 2 of each
   SampleRing<TalarisSample, kMaxSamples> samples_;
 };
 

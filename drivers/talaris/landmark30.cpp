@@ -52,8 +52,6 @@ std::array<std::uint8_t, 8> landmark_command(std::uint8_t cmd0, std::uint8_t cmd
 
 LandMark30::LandMark30(const LandMark30Parameters& parameters) noexcept
     : SensorLine({parameters.baud, SerialFormat::Parity::even, 2, true}), parameters_(parameters) {
-  status_.rate_unit_rad_s = landmark_rate_unit_rad_s(0);
-  status_.force_unit_m_s2 = landmark_force_unit_m_s2(0);
   restart(0);
 }
 
@@ -64,6 +62,8 @@ void LandMark30::restart(TimeNs now) noexcept {
   size_ = 0;
   in_step_ = heard_ = false;
   told_.fill(-1);
+  status_.rate_unit_rad_s = landmark_rate_unit_rad_s(scale_);
+  status_.force_unit_m_s2 = landmark_force_unit_m_s2(scale_);
   step_ = parameters_.configure ? 0 : kDone;
   step_ns_ = alive_ns_ = now;
 }

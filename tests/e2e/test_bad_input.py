@@ -61,7 +61,7 @@ class BadConfiguration(Scenario):
     def test_a_silent_obc_that_would_break_off_a_safe_stop_is_refused(self):
         said = self.refuse(self.write_config(obc_timeout_s="5"), code=78)
         self.assertIn("[link] obc_timeout_s is 5: a silent OBC would break off a safe stop", said)
-        self.assertIn("at least 10.2", said)
+        self.assertIn("at least 12.0", said)
 
     def test_frames_too_long_to_see_a_leg_that_stands_still_are_refused(self):
         said = self.refuse(self.write_config(period_ms="70"), code=78)

@@ -58,8 +58,7 @@ tl::expected<std::unique_ptr<Fleet>, Refusal> Fleet::create(int domain, const st
   auto participant = dds::Participant::create(parameters);
   if (!participant) return tl::unexpected(participant.error());
   fleet->participant_ = std::move(*participant);
-  if (auto opened = fleet->open(); !opened)
-    return tl::unexpected(Refusal{opened.error(), enclave.empty() ? Cure::unknown : Cure::change});
+  if (auto opened = fleet->open(); !opened) return tl::unexpected(dds::refusal_of(opened.error()));
   return fleet;
 }
 

@@ -100,7 +100,8 @@ Verdict Vehicle::consider_valves(std::uint8_t valves) const noexcept {
 Verdict Vehicle::consider_execute() const noexcept {
   const gnc::talaris::Plan& plan = flight_.planned();
   const std::uint8_t flags = supervisor_ != nullptr ? supervisor_->controller().flags : 0;
-  if (sensors_.imu_test_failed()) return {.reason = Reason::imu_lost, .subject = kImuModule};
+  if (sensors_.imu_test_failed())
+    return {.reason = reasons::imu_test_failed, .subject = kImuModule};
   if (plan.needs_altimeter && (flags & kAltimeterLost))
     return {.reason = reasons::altimeter_lost, .subject = kAltimeterModule};
   if (plan.uses_fans && !(flags & kFansArmed))

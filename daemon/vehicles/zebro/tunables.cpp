@@ -109,15 +109,20 @@ double safe_stop_s(const Parameters& p) noexcept {
   return std::max(l.flight_s, l.lift_s + l.stand_up_s) + l.align_s + l.lay_down_s;
 }
 
+TimeNs usual_lease_ns(const Parameters& p) noexcept {
+  constexpr TimeNs kOfClients = 2 * kSecond;
+  return std::max(kOfClients, p.lease_min_ns);
+}
+
 double longest_lease_ms(const Parameters& p) noexcept {
   return std::round(static_cast<double>(p.obc_timeout_ns) * 1e-6 - safe_stop_s(p) * 1e3);
 }
 
 const char* check_stop(const Parameters& p) noexcept {
-  return safe_stop_s(p) <= static_cast<double>(p.obc_timeout_ns - p.lease_min_ns) * 1e-9
+  return safe_stop_s(p) <= static_cast<double>(p.obc_timeout_ns - usual_lease_ns(p)) * 1e-9
              ? nullptr
-             : "a safe stop would take longer than link.obc_timeout_s less lease_min_ms: make "
-               "obc_timeout_s longer";
+             : "a safe stop would take longer than link.obc_timeout_s less 2 s, the usual lease: "
+               "make obc_timeout_s longer";
 }
 
 }  // namespace lss::zebro

@@ -38,7 +38,8 @@ std::string wrong_times(const config::Config& config, const Parameters& paramete
         static_cast<double>(config.period_ns) * 1e-6, kLongestPeriod / kMillisecond);
   }
   if (check_stop(parameters) == nullptr) return "";
-  const double least_s = safe_stop_s(parameters) + static_cast<double>(config.lease_min_ms) * 1e-3;
+  const double least_s =
+      safe_stop_s(parameters) + static_cast<double>(usual_lease_ns(parameters)) * 1e-9;
   return fmt::format(
       "[link] obc_timeout_s is {:.4g}: a silent OBC would break off a safe stop; it must be at "
       "least {:.1f}, or [zebro.gait] and [zebro.motion] shorter",

@@ -135,7 +135,7 @@ TEST(TalarisFaults, AnImuThatSaysThatItsSelfTestFailedBeginsNoFlight) {
   w.step();
   EXPECT_TRUE(w.has(faults::imu_test_failed, kImuModule));
   const Verdict v = w.ask(Kind::gnc, {2});
-  EXPECT_EQ(v.reason, Reason::imu_lost);
+  EXPECT_EQ(v.reason, reasons::imu_test_failed);
   EXPECT_EQ(v.subject, kImuModule);
   EXPECT_EQ(w.mode(), Mode::standby);
   flags = 0;
