@@ -268,7 +268,9 @@ tl::expected<Participant, Refusal> Participant::create(const ParticipantParamete
   }
   const dds_entity_t participant = dds_create_participant(domain, qos.get(), nullptr);
   // Permissions have a beginning, too.
-  if (participant == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY)
+  const bool refused = participant == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY ||
+                       (result.enclave_ && participant == DDS_RETCODE_ERROR);
+  if (refused)
     return refuse("the plugins of DDS Security refuse the enclave " + parameters.enclave.string() +
                       ": take its files from the keystore again",
                   clock_may_cure ? Cure::time : Cure::change);

@@ -8,7 +8,7 @@ import unittest
 
 import motion
 from programs import run, wait_until
-from rig import EXIT, IDLE, TOOLS, Scenario
+from rig import BOOT_S, EXIT, IDLE, TOOLS, Scenario
 from rover_rig import Rover
 from test_ground import Beating, Gateway
 
@@ -34,9 +34,20 @@ class Unknown:
         """Of the answer in JSON."""
         self.assertEqual(self.json_of(*words), json.loads(self.full("--json", *words).out), words)
 
+    @staticmethod
+    def with_telemetry(which):
+        """The status; telemetry may come later."""
+        seen = []
+
+        def comes():
+            seen.append(json.loads(which("--json", "status").out))
+            return seen[-1]["telemetry"]
+        wait_until(comes, BOOT_S, "telemetry arrives")
+        return seen[-1]
+
     def says_the_same(self):
         """Before anything moves."""
-        bare, full = self.status(), json.loads(self.full("--json", "status").out)
+        bare, full = (self.with_telemetry(which) for which in (self.cli_ok, self.full))
         self.assertEqual(shape(bare), shape(full))
         self.assertEqual(bare["vehicle"], full["vehicle"])
         for name in ("state", "distance_m", "port_open"):
