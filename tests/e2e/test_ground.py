@@ -186,6 +186,8 @@ class Ground(Recorded, Scenario):
         print(f"emergency stop acknowledged by the daemon after {ack['after_ms']:.1f} ms")
         self.wait_status(lambda s: s["state"] == "FatalError", 5, "it is stopped")
         self.assertEqual(page.ends(1, 5)["phase"], "failed")
+        gateway.program.stop()
+        self.assertEqual(gateway.program.process.returncode, 0, "with clients that are connected")
 
     def start_second(self, vehicle_id):
         """Another daemon on the domain, without modules."""

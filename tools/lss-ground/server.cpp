@@ -156,7 +156,7 @@ int Server::Impl::on_socket(lws* wsi, lws_callback_reasons reason, Connection& c
       return 0;
     }
     case LWS_CALLBACK_CLOSED:
-      if (connection.client != nullptr) registry->leave(*connection.client);
+      if (connection.client != nullptr && registry != nullptr) registry->leave(*connection.client);
       delete connection.message;
       connection = {};
       return 0;
