@@ -4,18 +4,22 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <span>
 #include <vector>
 
 namespace lss::testing_support {
 
-// Where the value is in memory, in order.
+// Where the value is in memory, in order. Other threads may change the rest of the memory
+// meanwhile.
 template <class T>
-std::vector<std::uint8_t*> copies_of(const T& value, std::span<std::uint8_t> memory) {
+__attribute__((no_sanitize("thread"))) std::vector<std::uint8_t*> copies_of(
+    const T& value, std::span<std::uint8_t> memory) {
   std::vector<std::uint8_t*> copies;
+  const auto* const wanted = reinterpret_cast<const std::uint8_t*>(&value);
   for (std::size_t at = 0; at + sizeof value <= memory.size(); at += sizeof value) {
-    if (std::memcmp(&memory[at], &value, sizeof value) == 0) copies.push_back(&memory[at]);
+    std::size_t same = 0;
+    while (same < sizeof value && memory.data()[at + same] == wanted[same]) ++same;
+    if (same == sizeof value) copies.push_back(&memory[at]);
   }
   return copies;
 }
