@@ -31,7 +31,7 @@ struct Parameters {
 
 // Errors go to the section; without errors the result is usable.
 Parameters read_parameters(config::Section& section);
-// Adds what is of [link]: the shortest lease and the safe stop end before obc_timeout_s.
+// Adds what is of [link].
 Parameters with_link(Parameters parameters, const config::Config& config) noexcept;
 
 }  // namespace lss::zebro

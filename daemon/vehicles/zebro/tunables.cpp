@@ -121,8 +121,8 @@ double longest_lease_ms(const Parameters& p) noexcept {
 const char* check_stop(const Parameters& p) noexcept {
   return safe_stop_s(p) <= static_cast<double>(p.obc_timeout_ns - usual_lease_ns(p)) * 1e-9
              ? nullptr
-             : "a safe stop would take longer than link.obc_timeout_s less 2 s, the usual lease: "
-               "make obc_timeout_s longer";
+             : "a safe stop would take longer than link.obc_timeout_s less the usual lease, 2 s or "
+               "lease_min_ms: make obc_timeout_s longer";
 }
 
 }  // namespace lss::zebro

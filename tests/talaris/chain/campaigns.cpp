@@ -64,8 +64,7 @@ std::string hop_section(unsigned seeds) {
   for (const Flown& flown : all) (good(flown) ? well : bad).push_back(flown);
   std::string text = fmt::format(
       "Up 2 m, 30 m level, down (`config/talaris/hop.toml`). Arrived as planned, upright and "
-      "without "
-      "fault: **{}**. The thesis\nreports no such flight.\n\n",
+      "without fault: **{}**. The thesis\nreports no such flight.\n\n",
       outcome(static_cast<unsigned>(well.size()), seeds));
   text +=
       "Of those that arrived, by the simulator's truth:\n\n"
