@@ -4,6 +4,8 @@
 // tables for docs/talaris-results.md, compared with the thesis. A campaign's short form is in
 // campaigns_test.cpp.
 
+#include <array>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -53,6 +55,17 @@ bool wrong(const Flown& flown);  // says "as planned" and was not, by the world:
 FlightPlan wide_flight();
 std::string wide_section(unsigned seeds);
 std::string camera_section(unsigned seeds);  // the wide set with a camera
+// A single cause on the narrow dispersion, in a direction that goes with the seed.
+struct Alone {
+  const char *name, *what, *value;
+  void (*set)(sim::talaris::TalarisOptions& world, double to_rad);
+  friend std::ostream& operator<<(std::ostream& out, const Alone& cause) {
+    return out << cause.name;
+  }
+};
+extern const std::array<Alone, 3> kAlone;
+std::vector<Flown> fly_alone(const Alone& cause, unsigned seeds);
+std::string alone_section(unsigned seeds);
 std::string edge_section(unsigned seeds, const std::string& picture);
 
 }  // namespace lss::talaris
