@@ -164,7 +164,7 @@ TEST_F(Answers, OneOfSeveralVehiclesMustBeNamed) {
   EXPECT_THAT(unknown.err, HasSubstr("zebro-"));
 }
 
-TEST_F(Answers, JsonOfACommandTellsEveryAcknowledgementAlsoWhenItFails) {
+TEST_F(Answers, JsonOfACommandHasEveryAcknowledgementAlsoWhenItFails) {
   FakeDaemon daemon(domain());
   const json good = json::parse(run({"--json", "stand"}).out);
   EXPECT_EQ(good["schema_version"], 2);
@@ -182,7 +182,7 @@ TEST_F(Answers, JsonOfACommandTellsEveryAcknowledgementAlsoWhenItFails) {
   EXPECT_FALSE(bad["error"]["advice"].get<std::string>().empty());
 }
 
-TEST_F(Answers, EventsTellTheHistoryInOrder) {
+TEST_F(Answers, EventsShowTheHistoryInOrder) {
   FakeDaemon daemon(domain());
   for (const char* text : {"first", "second", "third"}) daemon.event(EventId::started, text);
   const json all = json::parse(run({"--json", "events"}).out)["events"];
@@ -194,7 +194,7 @@ TEST_F(Answers, EventsTellTheHistoryInOrder) {
   EXPECT_THAT(last.out, Not(HasSubstr("second")));
 }
 
-TEST_F(Answers, EventsTellOfASeriesItsNewestReport) {
+TEST_F(Answers, EventsShowTheNewestReportOfASeries) {
   FakeDaemon daemon(domain());
   daemon.event(EventId::port_closed, "the cause", 1);
   for (std::uint32_t count = 1; count <= 40; ++count)
@@ -206,7 +206,7 @@ TEST_F(Answers, EventsTellOfASeriesItsNewestReport) {
   EXPECT_EQ(all[1]["count"], 40);
 }
 
-TEST_F(Answers, TimingTellsWhatTheDaemonCollected) {
+TEST_F(Answers, TimingShowsTheStatisticsOfTheDaemon) {
   FakeDaemon daemon(domain());
   TimingStatistics statistics{.frames = 1000, .overruns = 3, .offset_ns = 5'000'000};
   for (int i = 0; i < 990; ++i) statistics.series[4].add(50'000);

@@ -42,7 +42,7 @@ TEST_F(DescribedProgram, HasNoVerbsOfOtherVehicles) {
   EXPECT_TRUE(daemon_.kinds().empty());
 }
 
-TEST_F(DescribedProgram, TellsOfItselfAndIsStopped) {
+TEST_F(DescribedProgram, ShowsItsStatusAndIsStopped) {
   const json status = json::parse(run({"--json", "status"}).out);
   EXPECT_EQ(status["vehicle"], "strider");
   EXPECT_EQ(status["telemetry"]["modules"][2]["temperature_degC"], 21.5);

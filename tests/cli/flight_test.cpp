@@ -339,7 +339,7 @@ TEST_F(FlightLog, OneThatWasCutIsReadAsFarAsItIsWhole) {
 }
 
 // Only who asks for it gets what is behind the damage.
-TEST_F(FlightLog, OneBitThatIsFlippedAnywhereIsToldAndWhatIsWholeIsShown) {
+TEST_F(FlightLog, OneFlippedBitAnywhereIsReportedAndUndamagedFramesAreShown) {
   write();
   const std::string good = content();
   for (std::size_t bit = 0; bit < good.size() * 8; bit += 3) {
@@ -379,7 +379,7 @@ TEST_F(FlightLog, OneBitThatIsFlippedAnywhereIsToldAndWhatIsWholeIsShown) {
 }
 
 // Chunks: 0 the header, 1 to 5 two frames each, 6 the end.
-TEST_F(FlightLog, LostFramesAtItsBeginningAndEndAreCountedOrToldToBePerhapsMore) {
+TEST_F(FlightLog, LostFramesAtItsBeginningAndEndAreCountedOrReportedAsALowerBound) {
   const auto damaged = [&](bool ended, int chunk) {
     write(ended);
     std::string bytes = content();

@@ -190,7 +190,7 @@ TEST_F(Revocation, ANameRevokedByItsFileIsAddedAgainOnlyWithTheRoleThatIsBesideT
   EXPECT_EQ(failure_of([&] { add("driver", DdsRole::command); }), "");
 }
 
-TEST_F(Revocation, PermissionsOfAnotherNameBesideTheFileDoNotTellItsRole) {
+TEST_F(Revocation, PermissionsOfAnotherNameBesideTheFileDoNotDecideItsRole) {
   const fs::path driver = add("driver", DdsRole::look), guest = add("guest", DdsRole::command);
   const fs::path file = driver / "guest.pem";
   fs::copy_file(guest / dds::kCertificate, file);

@@ -127,7 +127,7 @@ TEST_F(Log, ShowsTheLogThatRunsLineByLine) {
   EXPECT_EQ(run({"log", "show", file, "--frame", "3"}).code, 4);
 }
 
-TEST_F(Log, AHalfLineAtTheEndOfALogIsLeftOutAndTold) {
+TEST_F(Log, AHalfLineAtTheEndOfALogIsLeftOutAndReported) {
   const std::string file = write("z.log.jsonl", {log_header(), log_frame(1), log_frame(2)});
   fs::resize_file(file, fs::file_size(file) - 10);
   const Ended ended = run({"--json", "log", "show", file});

@@ -36,7 +36,7 @@ TEST_F(MotionTest, AWalkFromIdleStartsStandsWalksAndStopsLyingDown) {
   EXPECT_GE(daemon.heartbeats(), 4U);  // five a second
 }
 
-TEST_F(MotionTest, AWalkThatShallStayEndsStandingAndTellsHowFarItCame) {
+TEST_F(MotionTest, AWalkThatShallStayEndsStandingAndReportsItsDistance) {
   FakeDaemon daemon(domain());
   const Ended ended = run({"--json", "walk", "--for", "500ms", "--stay"});
   EXPECT_EQ(ended.code, 0) << ended.err;

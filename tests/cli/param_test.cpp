@@ -105,7 +105,7 @@ TEST_F(Param, ARefusalAndAFailureHaveTheirExitCodes) {
   EXPECT_EQ(run({"param", "save"}).code, 8);
 }
 
-TEST_F(Param, StatusAndHealthTellOfACopyThatIsNotGood) {
+TEST_F(Param, StatusShowsACopyThatIsNotGoodAndHealthIsStill0) {
   FakeDaemon daemon(domain());
   EXPECT_EQ(json::parse(run({"--json", "status"}).out)["saved_parameters"], "none");
   daemon.saved_parameters(lss_SAVED_ONE_COPY);

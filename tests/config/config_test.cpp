@@ -217,7 +217,7 @@ TEST(Config, OnePresetLogsToFilesAndOthersBesideItToSockets) {
   }
 }
 
-TEST(Config, TheFlightRecorderRecordsUnlessToldNotTo) {
+TEST(Config, TheFlightRecorderRecordsUnlessItIsSwitchedOff) {
   const auto plain = parse(minimal(""), "text", kVehicles, read_nothing);
   ASSERT_TRUE(plain) << plain.error();
   EXPECT_TRUE(plain->recorder.record);

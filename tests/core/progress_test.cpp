@@ -10,7 +10,7 @@ namespace {
 
 constexpr TimeNs kTenth = 100 * kMillisecond;
 
-TEST(ProgressWatch, TellsAThreadThatStandsStillOnceAndThatItRunsAgain) {
+TEST(ProgressWatch, ReportsAThreadThatStandsStillOnceAndThatItRunsAgain) {
   ProgressWatch watch(kSecond);
   std::vector<Progress> threads{{"frame", 1}, {"publish", 1}};
   TimeNs now = 5 * kSecond;

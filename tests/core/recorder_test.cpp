@@ -163,7 +163,7 @@ TEST_F(RecorderTest, WhatATurnWroteIsReadableWhateverBecomesOfTheProcess) {
   }
 }
 
-TEST_F(RecorderTest, ATornTailIsCutAtTheNextStartAndTold) {
+TEST_F(RecorderTest, ATornTailIsCutAtTheNextStartAndReported) {
   {
     auto recorder = this->recorder();
     for (int i = 0; i < 5; ++i) frame(*recorder);

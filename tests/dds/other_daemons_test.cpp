@@ -53,7 +53,7 @@ TEST(OtherDaemons, AreCountedWithoutClientsAndForgottenWhenTheyEnd) {
   EXPECT_TRUE(are(0));
 }
 
-TEST(OtherDaemons, AreToldToAClientThatComesLater) {
+TEST(OtherDaemons, AreReportedToAClientThatComesLater) {
   const Participant domain = participant(false), first = participant(true);
   auto second = std::make_unique<Participant>(participant(true));
   OtherDaemons others(first);

@@ -196,7 +196,7 @@ class Ground(Recorded, Scenario):
         return self.start_daemon(self.write_config("second.toml", vehicle_id=f'"{vehicle_id}"'), wait=False)
 
     @real_time("a second daemon without a simulator")
-    def test_stop_all_reaches_every_vehicle_and_tells_what_each_said(self):
+    def test_stop_all_reaches_every_vehicle_and_shows_each_answer(self):
         self.start_all()
         self.cli_ok("start")
         gateway = Gateway(self)

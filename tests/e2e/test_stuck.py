@@ -57,7 +57,7 @@ class Stuck(Scenario):
         wait_until(lambda: "thread frame runs again" in daemon.err(), 5, "that it runs again is reported")
         self.assertNotIn("thread bus/legs stands still", daemon.err())
 
-    def test_a_stuck_bus_thread_is_a_fatal_error_and_told_apart(self):
+    def test_a_stuck_bus_thread_is_a_fatal_error_and_not_reported_as_a_stuck_frame_thread(self):
         daemon = self.start_all()
         client = self.begin_walk()
         with threads.stopped(daemon.process.pid, "bus/legs"):

@@ -103,7 +103,7 @@ TEST(Access, OnlyOurOwnPageUnderOurOwnNameMayConnect) {
   }
 }
 
-TEST(Access, ASourceIsKeptBySessionAndDoesNotTellIt) {
+TEST(Access, ASourceIsDerivedFromItsSessionAndDoesNotRevealIt) {
   const std::string session(32, 'a');
   EXPECT_EQ(source_of(session), source_of(session));
   EXPECT_NE(source_of(session), source_of(std::string(32, 'b')));

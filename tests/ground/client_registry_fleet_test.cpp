@@ -87,7 +87,7 @@ TEST_F(ClientRegistryTest, FoxgloveHearsOfVehiclesThatComeAndGo) {
   EXPECT_GT(channels()[0], first[2]) << "ids are not used again";
 }
 
-TEST_F(ClientRegistryTest, FoxgloveIsToldOfAFleetAsFastAsItReads) {
+TEST_F(ClientRegistryTest, FoxgloveGetsTheChannelsOfAFleetAsFastAsItReads) {
   Talker daemons(domain_);
   ASSERT_TRUE(until([&] {
     for (const char* name : {"zebro-1", "zebro-2"}) daemons.say(name);
@@ -138,7 +138,7 @@ TEST_F(ClientRegistryTest, InventedNamesDoNotHideTheVehicleNorDropThePage) {
   EXPECT_EQ(said(page, "pulse").back()["crowded"], true);
 }
 
-TEST_F(ClientRegistryTest, APageIsToldOfAFleetThatIsLargerThanItsOutbox) {
+TEST_F(ClientRegistryTest, APageGetsEveryVehicleOfAFleetThatIsLargerThanItsOutbox) {
   constexpr std::size_t kVehicles = 75, kEach = 60'000;
   static_assert(kVehicles * kEach > Outbox::kBytes);
   Talker daemons(domain_);
@@ -163,7 +163,7 @@ TEST_F(ClientRegistryTest, APageIsToldOfAFleetThatIsLargerThanItsOutbox) {
   EXPECT_FALSE(page.doomed) << page.why;
 }
 
-TEST_F(ClientRegistryTest, AStatusTellsTwoDaemonsOfOneNameAndWhetherItFlies) {
+TEST_F(ClientRegistryTest, AStatusNamesBothDaemonsOfOneNameAndWhetherTheVehicleFlies) {
   Client& page = client(Client::Line::data);
   Talker one(domain_), other(domain_);
   const auto speak = [](Talker& who, int pid) {

@@ -55,7 +55,7 @@ ControllerState any_state(const Model& m) {
   return s;
 }
 
-TEST(ArditoExplored, NothingTellsOneWheelFromAnother) {
+TEST(ArditoExplored, NothingDistinguishesOneWheelFromAnother) {
   const Model m = whole();
   EXPECT_TRUE(rc::check([&] {
     const ControllerState s = any_state(m);

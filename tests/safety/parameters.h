@@ -85,7 +85,7 @@ TYPED_TEST_P(SafetyParameters, TheTableIsSound) {
   }
 }
 
-TYPED_TEST_P(SafetyParameters, EachIsTakenAndToldInIdle) {
+TYPED_TEST_P(SafetyParameters, EachIsTakenAndReportedInIdle) {
   using T = TypeParam;
   const auto w = rested<T>();
   for (std::size_t i = 0; i < T::tuning().infos.size(); ++i) {
@@ -286,7 +286,7 @@ TYPED_TEST_P(SafetyParameters, ARunInWhichTheyChangeIsExecutedAgainToTheBit) {
   }
 }
 
-REGISTER_TYPED_TEST_SUITE_P(SafetyParameters, TheTableIsSound, EachIsTakenAndToldInIdle,
+REGISTER_TYPED_TEST_SUITE_P(SafetyParameters, TheTableIsSound, EachIsTakenAndReportedInIdle,
                             TheBoundsOfEachHoldAndARefusalNamesThem, OneThatThereIsNotIsRefused,
                             WhatMovesIsNotChangedUnderWay, OnlyWhoHoldsAuthorityChangesThem,
                             ADryRunAsksOnly, ASaveIsAskedForOnceAFrame,

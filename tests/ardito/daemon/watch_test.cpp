@@ -9,7 +9,7 @@ namespace lss::ardito {
 namespace {
 
 // One faulty instance of the mobility controller is corrected and reported.
-TEST(ArditoWatch, AnInstanceThatDisagreesIsOutvotedAndToldUntilTheNextStart) {
+TEST(ArditoWatch, AnInstanceThatDisagreesIsOutvotedAndReportedUntilTheNextStart) {
   World w;
   ASSERT_TRUE(w.start_and_drive(0.3));
   gnc::ardito::Parameters wrong;

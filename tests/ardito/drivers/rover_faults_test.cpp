@@ -138,7 +138,7 @@ TEST(RoverFaults, NodesStopByThemselvesWhenTheMasterIsGone) {
   for (std::size_t i = 0; i < kNodes; ++i) EXPECT_EQ(world.state(i), NodeState::operational) << i;
 }
 
-TEST(RoverFaults, ASilentNodeIsLostAfter300msToldToStopAndBootedWhenTheRoverStands) {
+TEST(RoverFaults, ASilentNodeIsLostAfter300msStoppedAndBootedWhenTheRoverStands) {
   RoverWorld world;
   world.boot();
   world.drive(1'000);

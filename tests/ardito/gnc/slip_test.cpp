@@ -52,8 +52,8 @@ TEST(Slip, AnImuThatSaysNothingMovesWhileMotorsRollEasilyIsWrong) {
   EXPECT_NE(rover.command.faults & kImuImplausible, 0U);
 }
 
-// In a curve the yaw rate tells, whatever the load.
-TEST(Slip, InACurveTheYawRateTellsWhoIsRight) {
+// In a curve the yaw rate shows whether the IMU is wrong or the rover is stuck, with any load.
+TEST(Slip, InACurveTheYawRateDecidesBetweenAWrongImuAndAStuckRover) {
   for (const bool turns : {true, false}) {
     Rover rover = loaded_in_a_curve(0.6, turns ? 0.4 : 0.05);
     static bool keeps_turning;

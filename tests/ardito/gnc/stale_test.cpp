@@ -294,7 +294,7 @@ TEST(Stale, AnImuOfWrongDirectionIsReportedApartFromASlide) {
 
 // 17.8.1 with E12: a reduction encoder that the IMU or the motor's load contradicts is broken, not
 // the clutch.
-TEST(Stale, TheImuAndTheLoadTellAWrongReductionEncoderFromASlippingClutch) {
+TEST(Stale, TheImuAndTheLoadDistinguishAWrongReductionEncoderFromASlippingClutch) {
   const auto wrong = [](Measured& m) { m.wheels[1].reduction_rad_s.value *= 0.6; };
   const auto alone = [](Measured& m) {
     m.wheels[1].reduction_rad_s.value *= 0.6;

@@ -126,7 +126,7 @@ TEST_F(Bench, ALostMasterStopsTheWheelByItsRampAndHoldsIt) {
   EXPECT_EQ(wheel_.state(), Nmt::pre_operational);
 }
 
-TEST_F(Bench, CurrentTellsALoadFromNoLoad) {
+TEST_F(Bench, CurrentIsLargerWithLoadThanWithout) {
   enable();
   master_.wheel_rpm[1] = 1600;
   master_.cycle(8);

@@ -40,7 +40,7 @@ TEST(TalarisFaults, AnImuThatFallsSilentWhileCalibratingFailsIt) {
   EXPECT_EQ(w.last(lss::Phase::failed)->verdict.reason, Reason::imu_lost);
 }
 
-TEST(TalarisFaults, AnImuThatWasCalibratedAndFellSilentHasToBeCalibratedAnew) {
+TEST(TalarisFaults, AnImuThatWasCalibratedAndFellSilentHasToBeCalibratedAgain) {
   World w;
   ASSERT_TRUE(w.start());
   ASSERT_TRUE(w.calibrate());
@@ -158,7 +158,7 @@ TEST(TalarisFaults, ASelfTestThatFailsInTheAirDoesNotEndTheFlight) {
   EXPECT_EQ(w.vehicle_.flight().faults, 0u);
 }
 
-TEST(TalarisFaults, AltimeterErrorsAreToldAndMakeItLostWhenNothingElseComes) {
+TEST(TalarisFaults, AltimeterErrorsAreReportedAndMakeItLostWhenNothingElseComes) {
   World w;
   ASSERT_TRUE(w.start());
   w.distort = [](std::vector<TalarisSample>& samples) {
@@ -431,7 +431,7 @@ TEST(TalarisSolve, ANodeThatStaysAwayIsResetAndComesBack) {
   EXPECT_EQ(w.supervisor_.state().fault_count, 0u);
 }
 
-TEST(TalarisSolve, AfterALostImuNavigationBeginsAnew) {
+TEST(TalarisSolve, AfterALostImuNavigationBeginsAgain) {
   World w;
   ASSERT_TRUE(w.fly(Program::hop));
   w.imu_alive = false;
@@ -456,7 +456,7 @@ TEST(TalarisSolve, ResetOfAModuleReachesItsNode) {
   EXPECT_EQ(w.orders().reset_nodes, 0b111);
 }
 
-TEST(TalarisSolve, AFanNodeThatIsResetHasToStartItsFansAnew) {
+TEST(TalarisSolve, AFanNodeThatIsResetHasToStartItsFansAgain) {
   World w;
   ASSERT_TRUE(w.start());
   ASSERT_TRUE(w.arm());

@@ -161,7 +161,7 @@ TEST(TalarisGnc, AnyoneMayLandItAndNobodyElseMayStopIt) {
   EXPECT_STREQ(w.supervisor_.state().authority.data(), "test") << "it is still the holder's";
 }
 
-TEST(TalarisGnc, TelemetryTellsWhereItAimsAndHowFast) {
+TEST(TalarisGnc, TelemetryReportsTargetPositionAndVelocity) {
   World w;
   ASSERT_TRUE(w.fly(Program::hop, 2, 5));
   EXPECT_NEAR(w.out_.telemetry.target_position_m[0], 0.5 + 2, 0.1) << "it stands 0.5 m high";
@@ -253,7 +253,7 @@ TEST(TalarisGnc, StandbyOnTheGroundBreaksOff) {
   EXPECT_EQ(w.state(), State::operational);
 }
 
-TEST(TalarisGnc, FullTanksAtStartBeginTheBudgetAnew) {
+TEST(TalarisGnc, FullTanksAtStartRestoreTheGasBudget) {
   World w;
   ASSERT_TRUE(w.start());
   ASSERT_EQ(w.why(Kind::valve, {0xFF, 1, 2}), Reason::none);

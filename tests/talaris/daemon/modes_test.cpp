@@ -91,7 +91,7 @@ bool spin_up(World& w) {
   return w.run_until(Phase::spin_up, 1) && w.mode() == Mode::execute;
 }
 
-TEST(TalarisModes, LeavingTheSpinUpDropsThePlanAndTheNextFlightIsPlannedAnew) {
+TEST(TalarisModes, LeavingTheSpinUpDropsThePlanAndTheNextFlightNeedsAnotherPlan) {
   for (const Kind way : {Kind::manual, Kind::duty_cycle}) {
     World w;
     ASSERT_TRUE(spin_up(w));

@@ -74,7 +74,7 @@ TEST_F(Altimeter, NumbersInAnyForm) {
   }
 }
 
-TEST_F(Altimeter, ErrorsAreToldWithTheirNumber) {
+TEST_F(Altimeter, ErrorsAreReportedWithTheirNumber) {
   hear("E15\r\nE16\r\nE200\r\n");
   const auto got = taken();
   ASSERT_EQ(got.size(), 3u);
@@ -98,7 +98,7 @@ TEST_F(Altimeter, ARangeThatCannotBeIsOutOfRange) {
   EXPECT_EQ(counters().out_of_range, 3u);
 }
 
-TEST_F(Altimeter, WhatIsNoLineIsCountedAndNotTold) {
+TEST_F(Altimeter, ABadLineIsCountedAndNotReported) {
   const std::string_view lines[] = {"\r\n",      "E\r\n",     "E0\r\n",      "E15 \r\nE1x\r\n",
                                     "abc\r\n",   ".934\r\n",  "0.9.3\r\n",   "1,5\r\n",
                                     "1.5 x\r\n", "1.5e3\r\n", "--1.5\r\n",   "1.5\n",
@@ -162,7 +162,7 @@ TEST_F(Altimeter, TenAndFifteenReadingsASecond) {
   EXPECT_EQ(counters().restarts, 0u);
 }
 
-TEST_F(Altimeter, ItIsStoppedAndThenToldToMeasure) {
+TEST_F(Altimeter, ItIsStoppedAndThenStarted) {
   EXPECT_EQ(written(line, now), Bytes{0x1B});
   EXPECT_TRUE(written(line, now + 99 * kMillisecond).empty());
   EXPECT_EQ(line.next_wake(), now + 100 * kMillisecond);

@@ -175,7 +175,7 @@ TEST_F(CrossbowLine, BytesThatNobodyAskedForAreNotUsed) {
   EXPECT_EQ(counters().skipped, 18u);
 }
 
-TEST_F(CrossbowLine, SilentForASecondItIsOpenedAnew) {
+TEST_F(CrossbowLine, SilentForASecondItIsStartedAgain) {
   open();
   run_until(now + 10 * kPeriod);
   mute = true;

@@ -212,7 +212,7 @@ TEST_F(Landmark, PacketsReadAllAtOnceKeepTheirRhythm) {
   }
 }
 
-TEST_F(Landmark, ASensorThatPausedBeginsItsRhythmAnew) {
+TEST_F(Landmark, APauseOfTheSensorDelaysTheStampsAfterIt) {
   packets(0, 9);
   for (int n = 10; n < 20; ++n) packet(n, 0, 50 * kMillisecond);  // each 50 ms later from here on
   const auto got = taken();
@@ -356,7 +356,7 @@ TEST_F(Landmark, WhatItSaysOfItselfIsReportedOnce) {
   EXPECT_EQ(told[12].second.index, 3);
 }
 
-TEST_F(Landmark, TestFlagsAreToldWhenTheyChange) {
+TEST_F(Landmark, TestFlagsAreReportedWhenTheyChange) {
   packets(2, 5);
   take_all(line);
   packet(6, 0x05);

@@ -99,7 +99,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Movement{CalibrationFault::shaking, {0, 0, 0}, {0.5, 0, 0}, false},
                     Movement{CalibrationFault::force_spread, {0, 0, 0}, {1.5, 0, 0}, true}));
 
-TEST_P(CalibrationMoved, BeginsAnewAndSaysWhy) {
+TEST_P(CalibrationMoved, BeginsAgainAndReportsTheReason) {
   const Movement m = GetParam();
   const Outcome r = run({}, [&](Flown& flown, int frame) {
     if (frame < 60 || frame >= 65) return;

@@ -90,7 +90,7 @@ TEST(TalarisLandMark, GivesTheMeanOfItsFiveMillisecondsInItsUnits) {
   EXPECT_EQ(le(heard[0], 14), 2512);
 }
 
-TEST(TalarisLandMark, TheStatusTellsWhoItIsFlagsAndScales) {
+TEST(TalarisLandMark, TheStatusReportsProductFlagsAndScales) {
   LandMark imu(kIdeal, 1);
   const auto heard = listen(imu, 512 * 5);
   EXPECT_EQ(heard[0][16] & 0x80, 0);       // firmware
@@ -181,7 +181,7 @@ TEST(TalarisCrossbow, AnswersItsLettersAndIsSilentOtherwise) {
   EXPECT_EQ(std::accumulate(packet.begin() + 1, packet.begin() + 17, 0) % 256, packet[17]);
 }
 
-TEST(TalarisCrossbow, SpeaksUnaskedOnlyWhenToldTo) {
+TEST(TalarisCrossbow, SendsUnaskedOnlyInContinuousMode) {
   Crossbow imu(kIdeal, 1);
   ask(imu, "C");
   EXPECT_EQ(listen(imu, 100).size(), 10u);

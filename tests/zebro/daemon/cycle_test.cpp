@@ -358,7 +358,7 @@ TEST(Cycle, TheOtherSideInTheSoilAsWellIsTheBelly) {
 
 // Of two statuses in one frame the first may be the one that reports the reset; it may also be
 // lost.
-TEST(Cycle, AResetIsNoticedWhateverStatusTellsOfIt) {
+TEST(Cycle, AResetIsNoticedFromEitherStatusOfAFrame) {
   for (const bool told : {true, false}) {
     World w;
     ASSERT_TRUE(w.stand());

@@ -289,7 +289,7 @@ TEST(SerialPort, HangUpIsSeenByReadAndWrite) {
   EXPECT_TRUE(port.write(byte).lost);
 }
 
-TEST_F(SerialPortOnDisk, ALinkIsFollowedAnewWhenThePortIsOpenedAgain) {
+TEST_F(SerialPortOnDisk, ALinkIsFollowedAgainWhenThePortIsOpenedAgain) {
   const std::string link = path("legs");
   auto first = std::make_unique<Pty>();
   std::filesystem::create_symlink(first->path(), link);

@@ -277,7 +277,7 @@ TEST(Posture, LateLegHoldsTheMotionUpUntilItArrives) {
   expect_all_at(robot, 0);
 }
 
-TEST(Posture, LegThatCannotTellIsGivenItsTime) {
+TEST(Posture, LegThatReportsNoAngleIsGivenItsTime) {
   Robot robot;
   put_all_at(robot, kRest_rad);
   robot.legs[0].answers = false;

@@ -131,7 +131,7 @@ RC_GTEST_PROP(Walk, ReferenceIsContinuousAndWithinTheRateLimit, ()) {
   RC_ASSERT(robot.locomotion.progress() == Progress::running);
 }
 
-TEST(Walk, LegThatPassesItsSensorOnTheWayIsOrderedAnewFromItsTrueAngle) {
+TEST(Walk, LegThatPassesItsSensorOnTheWayIsOrderedAgainFromItsTrueAngle) {
   Robot robot;
   robot.legs[3].calibrated = robot.legs[3].has_sensor = false;
   robot.locomotion.stand_up(0);

@@ -12,7 +12,7 @@ TEST(SimulatedModule, CountsFromZeroWhereItBootsAndIsNotCalibrated) {
   EXPECT_NEAR(status.position_deg, 0, 0.01);
 }
 
-TEST(SimulatedModule, TellsAResetOnceInTheFirstStatus) {
+TEST(SimulatedModule, ReportsAResetOnceInTheFirstStatus) {
   Bench bench;
   EXPECT_TRUE(bench.status() & kWasReset);
   EXPECT_FALSE(bench.status() & kWasReset);
@@ -192,7 +192,7 @@ TEST(SimulatedModule, ADeadModuleIsSilentAndItsMotorIsOff) {
   EXPECT_FALSE(bench.send(0x05).has_value());
 }
 
-TEST(SimulatedModule, HealthTellsSetPointAndTimeLeft) {
+TEST(SimulatedModule, HealthReportsSetPointAndTimeLeft) {
   Bench bench(200, kOn);
   bench.turn(+1, 90, 2, 0.5);
   Payload page{};

@@ -116,7 +116,7 @@ TEST_F(UartTest, MoreRepliesThanTheLineCarriesAreLostAndNotLaterAndLater) {
   EXPECT_NEAR(static_cast<double>(replies), kRequests, 5);
 }
 
-TEST_F(UartTest, ACutBusPassesNothingUntilItIsMended) {
+TEST_F(UartTest, ACutBusPassesNothingUntilTheFaultIsCleared) {
   attach("bus-cut");
   write(":abc\n", 0);
   EXPECT_EQ(run(), "");
