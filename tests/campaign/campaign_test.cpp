@@ -13,7 +13,7 @@ namespace {
 
 class Campaign : public testing::TestWithParam<std::size_t> {};
 
-TEST_P(Campaign, WhatMustHoldHolds) {
+TEST_P(Campaign, NoRequirementIsViolated) {
   const Subject& subject = subjects()[GetParam()];
   for (const unsigned number : {1U, 2U, 10U}) {
     // A tenth has rigid bodies, which take ten times as long: at each commit those of one vehicle.

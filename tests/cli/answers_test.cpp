@@ -129,7 +129,7 @@ TEST_F(Answers, WithoutAuthorityACommandEndsWith8AndNamesTheHolder) {
   EXPECT_EQ(run({"--source", "ground", "stop"}).code, 0);
 }
 
-TEST_F(Answers, AnEmergencyStopIsTakenWhoeverHoldsAuthority) {
+TEST_F(Answers, AnEmergencyStopIsTakenFromAnyone) {
   FakeDaemon daemon(domain());
   daemon.set_state(lss_STATE_OPERATIONAL, zebro::Mode::walking);
   daemon.set_authority("ground");

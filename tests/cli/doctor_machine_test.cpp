@@ -103,7 +103,7 @@ TEST_F(DoctorMachine, CpusOfThreadsMustBeThere) {
   expect(check_cpus(system), Result::note, "1 online (0)");
 }
 
-TEST_F(DoctorMachine, IsolatedCpusAreHeldAgainstThoseThatThreadsName) {
+TEST_F(DoctorMachine, IsolatedCpusAreComparedWithThoseOfTheThreads) {
   expect(check_isolation(system, nullptr), Result::note, "isolated: 2-3");
   expect(check_isolation(system, &config), Result::note, "isolated: 2-3", "name one of 2-3");
   config.threads = {{.name = "frame", .cpu = 3}};

@@ -251,7 +251,7 @@ TEST_F(DoctorNetwork, InterfacesOfDdsMustBeUp) {
   expect(check_interface(system, "eth0"), Result::warning, "without", "multicast on");
 }
 
-TEST_F(DoctorNetwork, RoudiIsHeldAgainstWhatTheConfigurationWants) {
+TEST_F(DoctorNetwork, RoudiIsComparedWithTheConfiguration) {
   expect(check_roudi(system, &config), Result::good, "RouDi runs");
   expect(check_roudi(system, nullptr), Result::good, "RouDi runs");
   config.shared_memory = false;

@@ -23,7 +23,7 @@ using FileBytes = std::vector<std::uint8_t>;
 std::string why_not(const std::string& schema) {
   return why([&] { RecordLayout layout(schema); });
 }
-TEST(HostileSchema, HoldsOnlySoMuch) {
+TEST(HostileSchema, IsRefusedAboveItsLimits) {
   constexpr const char* kMost = "more than 50000 fields";
   EXPECT_THAT(why_not("a:[999999][999999]<u1>;"), HasSubstr(kMost));
   EXPECT_THAT(why_not("a:[999999][999999][999999]{};"), HasSubstr(kMost));

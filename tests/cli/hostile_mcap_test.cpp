@@ -43,7 +43,7 @@ TEST(HostileIdl, NestsOnlySoDeep) {
   EXPECT_THAT(why_not(chain), HasSubstr("nested deeper than 16"));
 }
 
-TEST(HostileIdl, HoldsOnlySoMuch) {
+TEST(HostileIdl, IsRefusedAboveItsLimits) {
   std::string bomb = "struct s0 { long x[100000]; };";
   for (int i = 1; i <= 8; ++i) bomb += fmt::format("struct s{} {{ s{} x[100000]; }};", i, i - 1);
   EXPECT_THAT(why_not(bomb), HasSubstr("more than 100000 columns"));
@@ -159,7 +159,7 @@ TEST_F(HostileMcap, TimesAreAsFarApartAsTheyLike) {
   EXPECT_EQ(why_not_read(), "was read");
 }
 
-TEST_F(HostileMcap, HoldsOnlySoMuch) {
+TEST_F(HostileMcap, IsRefusedAboveItsLimits) {
   Writer descriptions = begun();
   for (std::uint16_t i = 1; i <= 50; ++i)
     descriptions.record(kSchema, schema(i, "A", std::string(100'000, ' ')));

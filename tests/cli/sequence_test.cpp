@@ -75,7 +75,7 @@ TEST(Sequence, TheOptionsOfTheWholeProgramBelongToTheProgram) {
   EXPECT_THROW(steps_of("run other.lss", "-e"), Failure);
 }
 
-TEST(Sequence, HoldsOnlySoMuch) {
+TEST(Sequence, IsRefusedAboveItsLimits) {
   EXPECT_THAT(failure_of([] { read_input("/dev/zero"); }).what(),
               HasSubstr("is larger than 1000000 bytes"));
   std::string many;

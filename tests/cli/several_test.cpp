@@ -142,7 +142,7 @@ TEST_F(Several, InTheAirTheAdviceIsToLand) {
   EXPECT_THAT(run({"stop"}).err, HasSubstr("or: lss-cli estop zebro-1 (it falls)"));
 }
 
-TEST_F(Several, AnyoneMayOrderALandingWithoutHoldingAnything) {
+TEST_F(Several, AnyoneMayOrderALandingWithoutAuthority) {
   FakeDaemon daemon(domain(), Birth{.vehicle_id = "hopper-1", .vehicle = "talaris"});
   daemon.set_state(lss_STATE_OPERATIONAL);
   daemon.set_authority("ground");

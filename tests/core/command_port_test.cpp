@@ -181,7 +181,7 @@ TEST_F(CommandPortTest, AnEmergencyStopIsObeyedHoweverBadlyItIsPut) {
   EXPECT_EQ(stops_, 2) << "nor is a number used up";
 }
 
-TEST_F(CommandPortTest, AFloodOfCommandsHoldsUpNoEmergencyStop) {
+TEST_F(CommandPortTest, AFloodOfCommandsDelaysNoEmergencyStop) {
   show(State::operational, 0, "pilot");
   for (std::uint64_t i = 1; i <= 1000; ++i) receive({.sequence = i, .kind = 4}, "pilot");
   ASSERT_GT(count(Phase::rejected, Reason::not_in_state) + count(Phase::rejected, Reason::busy),
@@ -242,7 +242,7 @@ TEST_F(CommandPortTest, WhoStopsAStoppedVehicleHearsSoWithoutAFrame) {
   EXPECT_EQ(count(Phase::completed), 1u) << "stopped for another reason: the frame confirms";
 }
 
-TEST_F(CommandPortTest, AFloodOfCommandsHoldsUpNoStop) {
+TEST_F(CommandPortTest, AFloodOfCommandsDelaysNoStop) {
   show(State::fatal_error, 0, "pilot");
   for (std::uint64_t i = 1; i <= 1000; ++i) receive({.sequence = i, .kind = 4}, "pilot");
   receive({.sequence = 2000, .kind = 2}, "pilot");
@@ -281,7 +281,7 @@ TEST_F(CommandPortTest, HeartbeatsAreStateTheNewestOfAnyoneAndOfTheHolder) {
   EXPECT_EQ(take().size(), 1u) << "and the holder's old one is not";
 }
 
-TEST_F(CommandPortTest, AFloodOfHeartbeatsHoldsUpNoCommand) {
+TEST_F(CommandPortTest, AFloodOfHeartbeatsDelaysNoCommand) {
   show(State::fatal_error, 0, "pilot");
   for (int i = 0; i < 1000; ++i) receive({.kind = 0}, "pilot");
   receive({.sequence = 1, .kind = 4}, "pilot");

@@ -129,7 +129,7 @@ class FileLimit {
   rlimit before_{};
 };
 
-TEST_F(RunLogTest, SaysWhatItIsAndHoldsTheChosenPartsAtTheirPeriod) {
+TEST_F(RunLogTest, ContainsAHeaderAndTheChosenPartsAtTheirPeriod) {
   const auto log = begin({.name = "mine",
                           .what = bit(LogPart::state) | bit(LogPart::telemetry),
                           .every_ns = 100 * kMillisecond});

@@ -68,8 +68,8 @@ TEST(SealedTest, EveryBitIsCorrectedAndTwoAreNoticed) {
   EXPECT_EQ(opened, Bytes{});
 }
 
-// Its outbox is all that is not held twice.
-TEST(TwinsTest, HoldAllOfTheSupervisorThatOutlivesAFrame) {
+// Only its outbox has no second copy.
+TEST(TwinsTest, ContainAllOfTheSupervisorThatOutlivesAFrame) {
   using S = Twins<int>;
   alignas(Supervisor) std::array<std::uint8_t, sizeof(Supervisor)> room{};
   const auto& supervisor = *std::launder(reinterpret_cast<Supervisor*>(room.data()));

@@ -48,7 +48,7 @@ class Zebro(Restarts, Scenario):
         return wire.stopped_ns(wire.orders(self.wire_log, since_ns), [wire.EMERGENCY])
 
     @real_time("how long it takes")
-    def test_a_daemon_that_dies_is_back_and_holds_lunar_zebro(self):
+    def test_a_killed_daemon_that_is_started_again_stops_lunar_zebro(self):
         self.restarts(self.start_tapped())
 
     @real_time("how long it takes")
@@ -76,7 +76,7 @@ class Ardito(OnTheBus, Rover):
         return max(stops.values()) if len(stops) == 6 else None
 
     @real_time("how long it takes")
-    def test_a_daemon_that_dies_is_back_and_holds_ardito(self):
+    def test_a_killed_daemon_that_is_started_again_stops_ardito(self):
         self.restarts(self.start_can_tapped())
 
 
@@ -87,7 +87,7 @@ class Talaris(OnTheBus, Hopper):
         return None if None in firsts else max(firsts)
 
     @real_time("how long it takes")
-    def test_a_daemon_that_dies_is_back_and_holds_talaris(self):
+    def test_a_killed_daemon_that_is_started_again_stops_talaris(self):
         self.restarts(self.start_can_tapped())
 
 

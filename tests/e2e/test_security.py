@@ -312,7 +312,7 @@ class Security(Enclaves, Scenario):
                                for s in watcher.json_lines()), 60, "its status is heard", poll_s=0.01, most_s=0.05)
 
     @real_time("simulated time takes no shared memory", any_machine=True)
-    def test_shared_memory_holds_nothing_of_a_protected_topic(self):
+    def test_shared_memory_contains_nothing_of_a_protected_topic(self):
         self.take_roudi()
         self.keystore = self.make_keystore()
         self.start_sim()

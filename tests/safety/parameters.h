@@ -173,7 +173,7 @@ TYPED_TEST_P(SafetyParameters, WhatMovesIsNotChangedUnderWay) {
   }
 }
 
-TYPED_TEST_P(SafetyParameters, OnlyWhoHoldsAuthorityChangesThem) {
+TYPED_TEST_P(SafetyParameters, OnlyTheHolderOfAuthorityChangesThem) {
   using T = TypeParam;
   const auto w = moving<T>();
   ASSERT_NE(w, nullptr);
@@ -288,7 +288,7 @@ TYPED_TEST_P(SafetyParameters, ARunInWhichTheyChangeIsExecutedAgainToTheBit) {
 
 REGISTER_TYPED_TEST_SUITE_P(SafetyParameters, TheTableIsSound, EachIsTakenAndReportedInIdle,
                             TheBoundsOfEachHoldAndARefusalNamesThem, OneThatThereIsNotIsRefused,
-                            WhatMovesIsNotChangedUnderWay, OnlyWhoHoldsAuthorityChangesThem,
+                            WhatMovesIsNotChangedUnderWay, OnlyTheHolderOfAuthorityChangesThem,
                             ADryRunAsksOnly, ASaveIsAskedForOnceAFrame,
                             NonsenseIsRefusedWhateverItIs, AdjustingAllocatesNothing,
                             ARunInWhichTheyChangeIsExecutedAgainToTheBit);

@@ -29,7 +29,7 @@ TYPED_TEST_P(SafetyStops, BootsSafeAndStaysSoUntilItIsStarted) {
   EXPECT_EQ(w->supervisor_.state().authority, Name{});
 }
 
-TYPED_TEST_P(SafetyStops, ASecondSourceIsRefusedWhileTheFirstHolds) {
+TYPED_TEST_P(SafetyStops, ASecondSourceIsRefusedWhileTheFirstHasAuthority) {
   using T = TypeParam;
   const auto w = moving<T>();
   ASSERT_NE(w, nullptr);
@@ -449,8 +449,9 @@ TYPED_TEST_P(SafetyStops, AFloodOfConsequencesDoesNotHideItsCause) {
 }
 
 REGISTER_TYPED_TEST_SUITE_P(
-    SafetyStops, BootsSafeAndStaysSoUntilItIsStarted, ASecondSourceIsRefusedWhileTheFirstHolds,
-    TheCycleItselfRefusesASecondSource, AuthorityIsFreeAfterAStop, AStopEndsIdleAndSafeEverywhere,
+    SafetyStops, BootsSafeAndStaysSoUntilItIsStarted,
+    ASecondSourceIsRefusedWhileTheFirstHasAuthority, TheCycleItselfRefusesASecondSource,
+    AuthorityIsFreeAfterAStop, AStopEndsIdleAndSafeEverywhere,
     WithoutTheHeartbeatOfItsLeaseItComesToRestEverywhere, ACommandWhoseLeaseExpiresHasFailed,
     OnlyTheHoldersHeartbeatRenewsALease, WithoutAnyContactWithTheOBCItIsAnEmergency,
     AnEmergencyStopOfAnyoneIsObeyedInItsFrameEverywhere,

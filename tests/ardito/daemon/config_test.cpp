@@ -13,7 +13,7 @@ using testing::HasSubstr;
 
 const testing_support::ConfigFile<Parameters> kFile("ardito", read_parameters);
 
-TEST(ArditoConfig, TheExampleHoldsTheDefaults) {
+TEST(ArditoConfig, TheExampleContainsTheDefaults) {
   const auto [config, p] = kFile.defaults(tuning());
   EXPECT_EQ(config.period_ns, 100 * kMillisecond);
   const Parameters d;

@@ -122,7 +122,7 @@ TEST(CanPort, FramesGoBothWaysInOrder) {
   EXPECT_EQ(port.counters().received, 3u);
 }
 
-TEST(CanPort, MoreFramesThanOneDatagramHoldsAndMoreThanOneCallTakes) {
+TEST(CanPort, MoreFramesThanFitIntoOneDatagramAndOneCallArriveInOrder) {
   Peer peer;
   CanPort port;
   ASSERT_EQ(port.open(peer.path().c_str()), Status::ok);
@@ -190,7 +190,7 @@ TEST(CanPort, ThePortOfThePeerAtAnotherAddressIsAStranger) {
   EXPECT_EQ(port.counters().cannelloni.datagrams, 1u);
 }
 
-TEST(CanPort, AFloodOfOthersDoesNotHoldTheThread) {
+TEST(CanPort, AFloodOfForeignDatagramsDoesNotOccupyTheThread) {
   Peer peer, stranger;
   CanPort port;
   ASSERT_EQ(port.open(peer.path().c_str()), Status::ok);

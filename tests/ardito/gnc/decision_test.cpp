@@ -74,7 +74,7 @@ RC_GTEST_PROP(RatioBlock, KeepsTheRatiosAndTheSaturation, ()) {
   }
 }
 
-TEST(RatioBlock, WhatIsSkippedHoldsNobodyUp) {
+TEST(RatioBlock, ASkippedWheelDelaysNoOtherWheel) {
   const auto cut = equal_settling(std::array<double, 3>{100, 2, 1}, 3.5, 1);
   EXPECT_EQ(cut[0], 0);
   EXPECT_EQ(cut[1], 2);

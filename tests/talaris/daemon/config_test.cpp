@@ -20,7 +20,7 @@ std::vector<double> numbers(const T& x) {
   return {first, first + sizeof x / sizeof(double)};
 }
 
-TEST(TalarisConfig, TheExampleHoldsTheDefaults) {
+TEST(TalarisConfig, TheExampleContainsTheDefaults) {
   const auto [config, p] = kFile.defaults(tuning());
   EXPECT_EQ(config.period_ns, 200 * kMillisecond);
   const Parameters d;

@@ -49,7 +49,7 @@ TEST_F(Landmark, TheGoldenPacketIsReadInSiUnits) {
   EXPECT_EQ(p.status, 0x42);
 }
 
-TEST_F(Landmark, WithoutAScaleStatusTheDefaultsHold) {
+TEST_F(Landmark, WithoutAScaleStatusTheDefaultScaleIsUsed) {
   packets(2, 3);
   const auto got = taken();
   ASSERT_EQ(got.size(), 2u);
@@ -263,7 +263,7 @@ TEST_F(Landmark, LostPacketsDoNotShiftTheFrame) {
   EXPECT_EQ(tick.index, 5u);
 }
 
-TEST_F(Landmark, TheScaleHoldsFromItsStatusOnAndIsReported) {
+TEST_F(Landmark, TheScaleIsUsedFromItsStatusOnAndReported) {
   packets(2, 3);
   packet(4, 0x40 | 0x11 | 0x02);  // 0.015 deg/s, 0.0001 g
   const auto samples = take_all(line);

@@ -23,7 +23,7 @@ TEST(Navigation, PointsSidewaysAtAWall) {
 
 // The sled cannot leave the floor nor tilt: with this constraint the axes without altimeter are
 // known, too.
-TEST(Navigation, AStandHoldsWhatItHolds) {
+TEST(Navigation, AStandBoundsTheErrorsOfTheAxesThatItFixes) {
   NavigationParameters p;
   p.pointing = Pointing::sideways;
   p.height_m = 1.2;

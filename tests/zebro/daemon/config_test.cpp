@@ -20,7 +20,7 @@ void expect_refused(const std::string& as_shipped, const std::string& altered, c
   EXPECT_NE(config.error().find(why), std::string::npos) << config.error();
 }
 
-TEST(ZebroConfig, TheExampleHoldsTheDefaults) {
+TEST(ZebroConfig, TheExampleContainsTheDefaults) {
   const auto [config, p] = kFile.defaults(tuning(), "motion.arrived_deg");
   const Parameters d;
   EXPECT_EQ(p.bus.address, d.bus.address);

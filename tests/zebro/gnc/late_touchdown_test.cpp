@@ -235,7 +235,7 @@ RC_GTEST_PROP(Neighbours, ALateLegHoldsUpOnlyItsNeighboursAndTheRobotStands_Conf
   RC_CLASSIFY(most_s > 1);
 }
 
-TEST(Neighbours, AFrontLegThatIsLateDoesNotHoldUpTheHindLegOfTheOtherSide) {
+TEST(Neighbours, AFrontLegThatIsLateDoesNotDelayTheHindLegOfTheOtherSide) {
   for (const Coordination coordination : {Coordination::groups, Coordination::neighbours}) {
     Robot robot({.coordination = coordination});
     robot.locomotion.walk(0, {.speed = Speed::high});
@@ -252,7 +252,7 @@ TEST(Neighbours, AFrontLegThatIsLateDoesNotHoldUpTheHindLegOfTheOtherSide) {
 
 // Nobody of the next cycle lifts off before, and then none faster than planned or together with its
 // neighbour.
-TEST(Neighbours, ALateLegOfTheLastGroupHoldsUpTheNextCycle) {
+TEST(Neighbours, ALateLegOfTheLastGroupDelaysTheNextCycle) {
   for (const Speed speed : {Speed::low, Speed::medium, Speed::high}) {
     Robot robot({.coordination = Coordination::neighbours});
     robot.locomotion.walk(0, {.speed = speed});

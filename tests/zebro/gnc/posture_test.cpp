@@ -269,7 +269,7 @@ TEST(Posture, LateLegFailsTheMotionAfterTheLateLimit) {
   EXPECT_NEAR(robot.now_s, robot.parameters.stand_up_s + robot.parameters.late_limit_s, 0.1);
 }
 
-TEST(Posture, LateLegHoldsTheMotionUpUntilItArrives) {
+TEST(Posture, LateLegDelaysTheMotionUntilItArrives) {
   Robot robot;
   ASSERT_TRUE(stands_up_with_late_leg(robot, 5));
   EXPECT_EQ(robot.locomotion.progress(), Progress::done);

@@ -103,7 +103,7 @@ TEST(Walk, NewGaitIsWalkedFromTheNextCycleAndNothingCommandedMovesEarlier) {
 }
 
 // Whoever changes the gait faster than it can be changed must not hold the robot up.
-TEST(Walk, GaitsRequestedInTurnDoNotHoldItUp) {
+TEST(Walk, GaitsRequestedInTurnDoNotDelayTheWalk) {
   for (const Speed other : {Speed::medium, Speed::high}) {
     for (const double every_s : {0.5, 2.0, 4.0, 8.0}) {
       Robot robot;
