@@ -60,7 +60,7 @@ TEST_F(Estop, IsSentUnderItsOwnNameWhenTheSourceDoesNotFit) {
   EXPECT_THAT(std::string(text(daemon.last(kEstop).source)), StartsWith("lss-cli:"));
 }
 
-TEST_F(Estop, IsSentAgainUntilItIsCompletedWhateverElseWasAnswered) {
+TEST_F(Estop, IsSentAgainAfterAnyAnswerButCompleted) {
   FakeDaemon daemon(domain());
   for (const Trouble& trouble : {Trouble{Trouble::Kind::reject, Reason::busy, 3},
                                  Trouble{Trouble::Kind::fail, Reason::emergency, 3},

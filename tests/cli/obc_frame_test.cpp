@@ -73,7 +73,7 @@ TEST(ObcFrame, EachRequestHasOneSpelling) {
   EXPECT_FALSE(read_request(""));
 }
 
-TEST(ObcFrame, LinesAreDividedWhateverThePartsAreAndBounded) {
+TEST(ObcFrame, LinesAreFoundInPartsOfAnySizeAndBounded) {
   const std::string stream = frame(1, "status") + frame(2, "data");
   Lines lines;
   std::vector<std::string> texts;

@@ -191,7 +191,7 @@ TEST_F(ArmourTest, ManyWritersDoNotPushOutTheHolderOfAuthority) {
 }
 
 // [Env-2]
-TEST_F(ArmourTest, WhateverComesInOnlySaneCommandsPass) {
+TEST_F(ArmourTest, OnlyValidCommandsPass) {
   EXPECT_TRUE(rc::check([](const std::array<double, 8>& parameter, std::uint16_t kind,
                            std::uint64_t sequence, std::uint32_t lease,
                            const std::array<char, 32>& source) {

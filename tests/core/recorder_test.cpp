@@ -153,7 +153,7 @@ TEST_F(RecorderTest, AGapIsSaidAndFollowedByAState) {
   EXPECT_THAT(file.lost, ElementsAre(5));
 }
 
-TEST_F(RecorderTest, WhatATurnWroteIsReadableWhateverBecomesOfTheProcess) {
+TEST_F(RecorderTest, EachTurnLeavesAReadableFile) {
   auto recorder = this->recorder();
   for (int i = 0; i < 10; ++i) {
     frame(*recorder);

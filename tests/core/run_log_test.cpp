@@ -150,7 +150,7 @@ TEST_F(RunLogTest, ContainsAHeaderAndTheChosenPartsAtTheirPeriod) {
   EXPECT_EQ(all[2]["time_ns"], kBegin + 5 * kFrame);
 }
 
-TEST_F(RunLogTest, EventsAreWrittenWhenTheyHappenWhateverThePeriod) {
+TEST_F(RunLogTest, EventsAreWrittenWhenTheyHappenWithAnyPeriod) {
   const auto log = begin({.name = "mine",
                           .what = bit(LogPart::state) | bit(LogPart::events),
                           .every_ns = 3600 * kSecond});
@@ -188,7 +188,7 @@ TEST_F(RunLogTest, ALineLongerThanAFileHasAFileOfItsOwn) {
   EXPECT_EQ(frames(), numbers(1, 2));
 }
 
-TEST_F(RunLogTest, AStartBeginsANewFileAfterTheNewestWhateverTheClockSaid) {
+TEST_F(RunLogTest, AStartBeginsANewFileAfterTheNewestAlsoWithAClockThatWasSetBack) {
   std::ofstream(folder_ / "v-1-000041-20990101T000000Z-quiet.log.jsonl") << "{}\n";
   for (const std::uint32_t i : numbers(1, 2)) put(*begin(everything()), i);
   ASSERT_EQ(files().size(), 3u);
@@ -219,7 +219,7 @@ TEST_F(RunLogTest, TheOldestFilesOfThisVehicleGoAndNothingElse) {
 }
 
 // Lines of any length: never more than the total, and the newest lines remain, all complete.
-TEST_F(RunLogTest, WhateverIsWrittenStaysWithinTheTotal) {
+TEST_F(RunLogTest, LinesOfAnyLengthStayWithinTheTotal) {
   EXPECT_TRUE(rc::check([this](const std::vector<std::uint16_t>& lengths) {
     for (const fs::path& file : files()) fs::remove(file);
     const auto log = begin(everything());

@@ -59,7 +59,7 @@ TEST(EventText, NamesTheModuleOfAFault) {
   EXPECT_EQ(event_text(record, kWords, {}), "module 2 (rear): module stopped by over-current");
 }
 
-TEST(EventText, LeavesNoPlaceholderWhateverTheNumbers) {
+TEST(EventText, LeavesNoPlaceholderWithAnyNumbers) {
   for (const CodeInfo& info : kEvents) {
     for (const double argument : {0.0, -1.0, 1e9}) {
       const std::string text =

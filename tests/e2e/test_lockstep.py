@@ -144,7 +144,7 @@ class Lockstep:
                     process.wait(60)
         return Hogs()
 
-    def test_the_same_bits_whatever_the_machine_does(self):
+    def test_the_same_bits_when_processes_stand_still(self):
         first = self.fly("first")
         stopped = self.fly("stopped", disturb=lambda all_: Stopper(lambda: [p.process for p in all_], seed=1))
         self.assertEqual(stopped, first, "processes that stood still")

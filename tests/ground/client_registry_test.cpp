@@ -164,7 +164,7 @@ TEST_F(ClientRegistryTest, AStopLeavesForANameThatTheGatewayNeverHeardAgainAndAg
   EXPECT_THAT(phases(line), ElementsAre("unanswered", "completed, final"));
 }
 
-TEST_F(ClientRegistryTest, AStopIsRepeatedUntilItIsCompletedWhateverElseIsAnswered) {
+TEST_F(ClientRegistryTest, AStopIsRepeatedAfterAnyAnswerButCompleted) {
   Talker daemon(domain_);
   daemon.say("zebro-1");
   Client& line = client(Client::Line::stop);

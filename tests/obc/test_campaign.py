@@ -101,7 +101,7 @@ class Campaign(Rover):
         self.assertGreater(looked, 0, "the rover was seen at rest")
         return len(states), stops
 
-    def test_whatever_fails_nothing_moves_but_in_operational_and_it_comes_back(self):
+    def test_with_any_faults_nothing_moves_but_in_operational_and_it_comes_back(self):
         held = frames_in_all = stops_in_all = commands = 0
         for number in range(1, SCENARIOS + 1):
             deeds = self.story(number)

@@ -211,8 +211,8 @@ TYPED_TEST_P(SafetyParameters, ASaveIsAskedForOnceAFrame) {
   EXPECT_EQ(w->supervisor_.save_asked(), nullptr);
 }
 
-// Whatever is asked for: values in force are in range, consistent, and those that were taken.
-TYPED_TEST_P(SafetyParameters, NonsenseIsRefusedWhateverItIs) {
+// With any requests values in force are in range, consistent, and those that were taken.
+TYPED_TEST_P(SafetyParameters, AnyNonsenseIsRefused) {
   using T = TypeParam;
   const auto& tuning = T::tuning();
   int completed = 0, refused = 0;
@@ -289,8 +289,8 @@ TYPED_TEST_P(SafetyParameters, ARunInWhichTheyChangeIsExecutedAgainToTheBit) {
 REGISTER_TYPED_TEST_SUITE_P(SafetyParameters, TheTableIsSound, EachIsTakenAndReportedInIdle,
                             TheBoundsOfEachHoldAndARefusalNamesThem, OneThatThereIsNotIsRefused,
                             WhatMovesIsNotChangedUnderWay, OnlyTheHolderOfAuthorityChangesThem,
-                            ADryRunAsksOnly, ASaveIsAskedForOnceAFrame,
-                            NonsenseIsRefusedWhateverItIs, AdjustingAllocatesNothing,
+                            ADryRunAsksOnly, ASaveIsAskedForOnceAFrame, AnyNonsenseIsRefused,
+                            AdjustingAllocatesNothing,
                             ARunInWhichTheyChangeIsExecutedAgainToTheBit);
 
 }  // namespace lss::safety

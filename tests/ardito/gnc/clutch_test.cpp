@@ -20,7 +20,7 @@ struct Row {
   int most;  // frames; the thesis: 4.8 s TC, 1.6 s H-TM + TC (19.1), the others not at all
 };
 
-TEST(Clutch, IsFoundWhateverElseIsBroken) {
+TEST(Clutch, IsFoundAlsoWithFailedSensors) {
   const Row rows[] = {
       {"TC", [](WheelFaults&) {}, WheelFailure::clutch, 16},
       {"H-TM + TC", [](WheelFaults& f) { f.hall = Broken::zero; }, WheelFailure::clutch_and_sensor,

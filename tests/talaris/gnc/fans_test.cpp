@@ -53,7 +53,7 @@ TEST(TalarisFans, TheRampIsFollowedAndTheSteadyErrorIsWithinTheSensorsStep) {
   EXPECT_EQ(off, PerFan{});
 }
 
-TEST(TalarisFans, ThrottlesStayWithinTheirRangeWhateverIsMeasured) {
+TEST(TalarisFans, ThrottlesStayWithinTheirRangeWithAnyMeasurement) {
   FanSpeed speed(Fans{}, Gains{});
   const double odd[] = {kNaN, -1e9, 1e9, 0, HUGE_VAL};
   for (int n = 0; n < 200; ++n) {

@@ -150,7 +150,7 @@ TEST(TalarisLateral, AtItsLongestPulseThePairKeepsRoomForRoll) {
   }
 }
 
-RC_GTEST_PROP(TalarisLateral, WhateverIsWantedThePulsesCanBeDone, ()) {
+RC_GTEST_PROP(TalarisLateral, PulsesForAnyDemandCanBeExecuted, ()) {
   SideJets jets;
   const Thrusters t;
   for (int n = 0; n < 20; ++n) {

@@ -263,7 +263,7 @@ RC_GTEST_PROP(AsciiCodec, Crc8FindsEveryErrorWithinEightNeighbouringBitsAndAnyTh
   }
 }
 
-RC_GTEST_PROP(AsciiCodec, AGoodFrameIsReceivedWhateverWasOnTheLineBeforeIt, ()) {
+RC_GTEST_PROP(AsciiCodec, AGoodFrameIsReceivedAfterAnyNoise, ()) {
   const Check check = *any_check();
   const Stop stop = *any_stop();
   const Frame frame = *any_frame();

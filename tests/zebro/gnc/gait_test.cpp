@@ -98,7 +98,7 @@ RC_GTEST_PROP(Gait, AnyStartFallsIntoTheRhythmWithinTwoCycles, ()) {
   for (std::size_t k = 1; k < cycles.size(); ++k) RC_ASSERT(in_rhythm(gait, times, cycles[k]));
 }
 
-TEST(Gait, UnsynchronisedTimesKeepWhateverRhythmTheyStartWith) {
+TEST(Gait, UnsynchronisedTimesKeepTheRhythmOfTheStart) {
   const GaitTimes slow{3.0, 9.0, 0.3};
   ASSERT_FALSE(synchronised(kTripod, slow));
   Events odd = rhythm(kTripod, slow);

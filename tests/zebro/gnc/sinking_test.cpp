@@ -71,7 +71,7 @@ TEST(Sinking, IsThatOfTheLegOfASideThatIsLeastDeep) {
   EXPECT_NEAR(sinking.shares()[1], 0.04, 1e-9);
 }
 
-TEST(Sinking, OnHardGroundThereIsNoneWhateverLegsWeigh) {
+TEST(Sinking, OnHardGroundThereIsNoneWithAnyWeightOfTheLegs) {
   for (const double weight_A : {0.0, 0.012, -0.012}) {
     Sinking sinking(kBelly_rad);
     ASSERT_TRUE(stride(sinking, [=](std::size_t, double theta_deg) {

@@ -27,7 +27,7 @@ Options short_mission(unsigned seed, double fault_mean_h, double course_m) {
 
 class Missions : public testing::TestWithParam<unsigned> {};
 
-TEST_P(Missions, ArriveWhateverBreaksAndNeverMoveWhenTheyMustNot) {
+TEST_P(Missions, ArriveWithAnyFaultsAndNeverMoveWhenTheyMustNot) {
   const Result result = run(short_mission(GetParam(), 0.03, 10));
   EXPECT_THAT(result.violations, testing::IsEmpty());
   EXPECT_TRUE(result.arrived);
