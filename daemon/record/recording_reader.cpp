@@ -156,7 +156,7 @@ bool RecordingReader::next_item(Item& kind, std::span<const std::uint8_t>& bytes
 bool RecordingReader::next_chunk() {
   at_ = 0;
   if (read_chunk()) return true;
-  if (!damage_.empty()) {  // whatever this is
+  if (!damage_.empty()) {  // of any kind
     end_ = End::damaged;
     return false;
   }

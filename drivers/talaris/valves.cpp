@@ -144,7 +144,7 @@ bool ValveSequencer::due(TimeNs now, CanFrame& frame) noexcept {
     told_stale_ = true;
     ++counters_.stale;
   }
-  // With sequence 0 the node shuts whatever the bits are: what is to be open follows at once.
+  // With sequence 0 the node shuts all valves: those that are to be open follow at once.
   const std::uint8_t bits = begins_ ? std::uint8_t{0} : bits_at(now);
   // Valves first: the fans' message can wait the time of one frame.
   if (forced_ || bits != sent_ || (bits != 0 && now - last_ns_ >= parameters_.renew_ns)) {

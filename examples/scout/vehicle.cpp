@@ -17,7 +17,7 @@ constexpr TimeNs kBlockedAfter = kSecond;
 
 constexpr std::array kTunables{
     tunable<&Parameters::speed_m_s>("limits.speed_m_s", "m/s", 0.05, kMostSpeed_m_s, Change::always,
-                                    "no faster than this, whatever is commanded"),
+                                    "commands that are faster are limited to it"),
     tunable<&Parameters::acceleration_m_s2>("limits.acceleration_m_s2", "m/s²", 0.05,
                                             kMostAcceleration_m_s2, Change::always, "of the body"),
 };

@@ -188,8 +188,8 @@ void MobilityController::watch_imu(const Inputs& inputs, const Motion& motion,
 }
 
 // All wheels of a side roll over the same ground: over a long way the mean slopes of rocker and
-// bogie, and of both sides, are equal, and so the angles between them are 0 on average, whatever
-// the ground. Beyond the limit one of their encoders is wrong, by a constant. Not in a curve, where
+// bogie, and of both sides, are equal, and so the angles between them are 0 on average, on any
+// ground. Beyond the limit one of their encoders is wrong, by a constant. Not in a curve, where
 // they do not, nor where the rover turns back or on the spot: the same place again is no average.
 // The way is the lesser of the IMU's and the wheels': either may be wrong.
 void MobilityController::watch_rocker(const Motion& motion, Command& command) noexcept {

@@ -84,7 +84,8 @@ double slip_share(const SlipSpeed& slip, const Parameters& parameters) noexcept 
 }
 
 // How much of the wheels' speed is lost, and whether that is more than allowed. Motors that roll
-// easily do not slip, whatever the IMU says. Single frames without an IMU change nothing.
+// easily do not slip, even if the IMU reports a lower speed. Single frames without an IMU change
+// nothing.
 void MobilityController::measure_slip(const Inputs& inputs, const Motion& motion,
                                       Command& command) noexcept {
   const Parameters& p = parameters_;

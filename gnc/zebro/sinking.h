@@ -2,8 +2,8 @@
 
 // Whether the belly lies in the soil, by the currents of the motors while the legs fly. A leg meets
 // soil earlier on its way down, or leaves it later on its way up, the deeper the robot has sunk;
-// how its current grows on that way follows from the depth alone, whatever gravity and the soil's
-// strength are. A robot that walks on its legs tilts, so that some of them are always higher: only
+// how its current grows on that way follows from the depth alone, not from gravity or the soil's
+// strength. A robot that walks on its legs tilts, so that some of them are always higher: only
 // on its belly are all of them deep, and all of a side only where the belly's edge lies in the soil
 // there. Frame thread; nothing allocates; no clock.
 

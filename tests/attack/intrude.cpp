@@ -1,4 +1,4 @@
-// A participant that does whatever DDS Security lets it: it writes all that clients and daemons
+// A participant that does all that DDS Security lets it: it writes all that clients and daemons
 // write, in the name of --source, and reads the status.
 
 #include <cstdio>

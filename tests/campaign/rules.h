@@ -1,7 +1,7 @@
 #pragma once
 
-// What must hold in every frame of a vehicle's run, whatever happens to it: orders are numbers in
-// their ranges; outside Operational none moves the vehicle; it is at standstill soon after it left
+// Requirements on every frame of a vehicle's run, with any faults: orders are numbers in their
+// ranges; outside Operational none moves the vehicle; it is at standstill soon after it left
 // Operational, and stays so. World: play.h.
 
 #include <fmt/format.h>

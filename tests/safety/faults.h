@@ -73,7 +73,7 @@ TYPED_TEST_P(SafetyFaults, TheLossOfAModuleStopsEverythingInTimeEverywhere) {
   }
 }
 
-// Outside Operational nothing moves, whatever is lost.
+// Outside Operational nothing moves after any loss.
 TYPED_TEST_P(SafetyFaults, NoneMovesAnythingInIdle) {
   using T = TypeParam;
   for (const auto& fault : faults<T>()) {

@@ -145,7 +145,7 @@ testing::AssertionResult stopped(const WorldOf<T>& w) {
   return testing::AssertionSuccess();
 }
 
-// What holds for every command, wherever it is and whatever it got.
+// True for the command of every frame, in any state and after any input.
 template <class T>
 testing::AssertionResult sound(const WorldOf<T>& w) {
   Finite finite;

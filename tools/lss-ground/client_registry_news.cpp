@@ -101,7 +101,7 @@ json ClientRegistry::parameters(const Craft& craft) const {
   return document;
 }
 
-// Its heartbeat is for what it drives from now on, whatever was reported to it before.
+// All vehicles; its heartbeat is from now on for those that it drives.
 void ClientRegistry::tell_everything(Client& client) {
   for (const auto& [id, craft] : fleet_.crafts()) {
     client.untold.push_back(id);

@@ -4,8 +4,8 @@
 // valves at their own times, and an all-stop that does not wait for the frame. It writes valve
 // frames to the CAN bus itself; the bus thread sends all others. Time is data; actuate thread,
 // unless noted otherwise. Between releases and edges the timing of the valves has a second copy; if
-// neither is as it was left, all valves are shut until the next release, and the frame thread is
-// told. Nothing here allocates, locks or logs.
+// neither is as it was left, all valves are shut until the next release, and the frame thread gets
+// a report. Nothing here allocates, locks or logs.
 
 #include <array>
 #include <atomic>

@@ -123,7 +123,8 @@ TEST(Sdo, SilenceIsAskedAgainAndThenGivenUp) {
     EXPECT_EQ(t.sent(), request);
   }
   t.now += kTimeout;
-  EXPECT_EQ(t.sent(), (Bytes{0x80, 0x60, 0x60, 0, 0x00, 0x00, 0x04, 0x05})) << "tells the node";
+  EXPECT_EQ(t.sent(), (Bytes{0x80, 0x60, 0x60, 0, 0x00, 0x00, 0x04, 0x05}))
+      << "the abort is sent to the node";
   EXPECT_EQ(t.client.result(), Result::aborted);
   EXPECT_EQ(t.client.abort_code(), kAbortTimeout);
   EXPECT_TRUE(t.sent().empty());

@@ -145,7 +145,7 @@ double furthest_from_request(const Rover& rover) {
   return most;
 }
 
-// 11.2.1: the rover is steered before it runs or turns, whatever it did before.
+// 11.2.1: the rover is steered before it runs or turns, after any earlier motion.
 TEST(Driving, StopIsLeftOnlyWithWheelsSteeredForTheRequestOfEveryPairAndEveryMoment) {
   const std::vector<Wanted> all = all_requests();
   int left = 0;

@@ -1,5 +1,5 @@
 // A flight always ends: upright when physics allows it, with everything shut and the fans off,
-// whatever the altimeter says, and within a time that is known beforehand.
+// with any readings of the altimeter, and within a time that is known beforehand.
 
 #include <gtest/gtest.h>
 

@@ -319,7 +319,7 @@ TEST_F(Valves, OfWhichTheMemoryIsDamagedShutAndBeginAgain) {
   ASSERT_EQ(frames.size(), 1u);
   EXPECT_EQ(frames[0].id, 0x220u);
   EXPECT_EQ(frames[0].data[0], 0);
-  EXPECT_EQ(frames[0].data[1], 0) << "the node obeys, whatever it counts";
+  EXPECT_EQ(frames[0].data[1], 0) << "the node obeys this after any sequence";
   EXPECT_EQ(valves.counters().edges, 2u);
   EXPECT_EQ(valves.counters().restarts, counters.restarts + 1);
   EXPECT_EQ(valves.counters().pulses[0], 1u);

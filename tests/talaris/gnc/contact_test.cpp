@@ -69,7 +69,7 @@ TEST(Contact, AFootThatTurnsItIsAJolt) {
     felt.frame(kLift);
     for (ImuSample& s : felt.samples) s.rate_B_rad_s = {0, 0.12, -0.15};
     contact.step({felt.samples, {}, 0}, kLift);
-    EXPECT_EQ(at_once, at <= 37) << at;  // two samples after it tell
+    EXPECT_EQ(at_once, at <= 37) << at;  // two samples after it suffice
     EXPECT_EQ(contact.jolted(), !at_once) << at;
     EXPECT_FALSE(contact.shocked());
     contact.step({felt.samples, {}, 0}, kLift);

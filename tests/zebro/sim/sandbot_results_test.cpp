@@ -70,7 +70,7 @@ struct Walked {
   double free = 0;  // share of the time that the middle of the underside is above the surface
 };
 
-// Whole cycles for 2 s, after as many. The legs turn as ordered, whatever their load.
+// Whole cycles for 2 s, after as many. The legs turn as ordered under any load.
 Walked walk(const RobotShape& shape, const soil::Soil& soil, double gravity_m_s2, const Gait& gait,
             double frequency_rad_s) {
   SoilRobot robot({.gravity_m_s2 = gravity_m_s2, .soil = soil, .scatter_rad = 0}, kStep_s, shape);

@@ -17,7 +17,7 @@ struct AirOptions {
   double centre_m = 0.05;                  // where sideways air acts, above the origin (ours)
   double wind_m_s = 0;                     // steady
   double gust_m_s = 0;                     // most that a gust adds to it
-  // The same as forces, whatever the vehicle does: on the centre of mass.
+  // The same as forces on the centre of mass; they do not depend on its motion.
   double push_N = 0;
   double gust_N = 0;
   double to_rad = 0;  // blows towards +z turned by this angle towards +y

@@ -183,7 +183,7 @@ export class Drive {
     }
   }
 
-  // The hold is over, for whatever reason. `stopped`: a stop was sent to the vehicle.
+  // The hold is over, for any reason. `stopped`: a stop was sent to the vehicle.
   private end(text: string, stopped = false) {
     this.way = "";
     this.text = text;
