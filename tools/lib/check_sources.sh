@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# check_sources.sh [ROOT]: checks what each folder may include and name. Prints FILE:LINE for each violation and fails
-# when there is one. Rules for linking: cmake/link_rules.cmake.
+# check_sources.sh [ROOT]: checks what each folder may include and name, and some words. Prints FILE:LINE for each
+# violation and fails when there is one. Rules for linking: cmake/link_rules.cmake.
 set -euo pipefail
 cd "${1:-$(dirname "$0")/../..}"
 faults=0
@@ -57,6 +57,17 @@ report 'DDS types stay in daemon/publish, idl, tools and tests; a vehicle includ
 
 report 'a program ends with 2 for wrong usage (lssd with 78), not with the codes of CLI11_PARSE' \
   < <(code daemon tools tests | grep -E '\bCLI11_PARSE\b' || true)
+
+# Words that docs/glossary.md avoids. Not identifiers, and "octet" only in names: IDL has it.
+report 'a comment without is told, tells, anew, mend: docs/glossary.md' \
+  < <(sources idl gnc drivers daemon tools tests examples |
+        xargs -r grep -HnE '//.*\b((is|are|be|was|were) told|tells|anew|mend(s|ed)?)\b' || true)
+report 'a name of a test without Told, Tell, Anew, Mend, Octet, Whatever: docs/glossary.md' \
+  < <(sources tests examples |
+        xargs -r grep -HnE '^(TYPED_TEST|TEST|RC_GTEST)[A-Z_]*\(.*(Told|Tells?|Anew|Mend(s|ed)?|Octets?|Whatever)([A-Z0-9_,)]|$)' || true)
+report 'a name of a test without told, tell, anew, mend, octet, whatever: docs/glossary.md' \
+  < <(find tests -name 'test_*.py' 2>/dev/null | sort |
+        xargs -r grep -HnE 'def test_(\w*_)?(told|tells?|anew|mend(s|ed)?|octets?|whatever)(_|\()' || true)
 
 report 'nothing but tools and tests includes tools' \
   < <(includes idl gnc drivers daemon | grep -E ':["<]tools/' || true)

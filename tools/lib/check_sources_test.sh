@@ -15,14 +15,14 @@ fresh() {
 #include <array>
 #include <Eigen/Core>
 #include "gnc/zebro/other.h"
-// a new gait: printf and std::vector may stand in a comment
+// a new gait: printf and std::vector may stand in a comment, and a storyteller is recommended
 const char* text = "new std::string";
 int renew(int new_gait);
 SOURCE
   echo '#include <dds/dds.h>' > "$tree/daemon/publish/face.cpp"
   echo '#include <zebro_fields.h>' > "$tree/daemon/vehicles/zebro/vehicle.h"
   echo '#include "daemon/cycle/x.h"' > "$tree/daemon/publish/main.cpp"
-  echo '#include "tools/lss-sim/zebro/vehicle.h"' > "$tree/tests/zebro/sim_test.cpp"
+  printf '%s\n' '#include "tools/lss-sim/zebro/vehicle.h"' 'TEST(Gait, ANewTendency) { told("octet"); }' > "$tree/tests/zebro/sim_test.cpp"
 }
 
 # plant PATH LINE RULE : one line more in a file that has nothing but violations; the check must report it by that rule.
@@ -69,6 +69,14 @@ plant daemon/cycle/bad.cpp '#include <zebro_fields.h>' 'DDS types stay'
 plant daemon/cycle/bad.cpp '#include "daemon/runtime/x.h"' 'daemon/cycle includes no room that comes after it'
 plant daemon/runtime/bad.cpp '#include "daemon/vehicles/zebro/x.h"' 'daemon/runtime includes no room'
 plant tests/zebro/bad.cpp 'CLI11_PARSE(app, argc, argv);' 'a program ends with 2'
+for line in '// the pilot is told' 'int a;  // tells it' '// begins anew' '/// mended by hand'; do
+  plant daemon/runtime/bad.h "$line" 'a comment without'
+done
+for line in 'TEST(Gait, TellsItsRhythm) {' 'TEST_F(Gait, IsTold) {' 'TYPED_TEST_P(Gait, BeginsAnewAtOnce) {' \
+            'RC_GTEST_PROP(Gait, WhateverItIs, ()) {'; do
+  plant tests/zebro/bad.cpp "$line" 'a name of a test without Told'
+done
+plant tests/zebro/test_bad.py '    def test_a_cut_bus_is_mended(self):' 'a name of a test without told'
 plant daemon/cycle/bad.cpp '#include "tools/lss-sim/zebro/vehicle.h"' 'nothing but tools and tests'
 plant daemon/cycle/bad.cpp '#include "tests/zebro/x.h"' 'nothing includes tests'
 plant gnc/zebro/bad.h '#include "gnc/ardito/drive.h"' 'vehicle zebro includes vehicle ardito'
