@@ -74,7 +74,7 @@ TEST(Flips, FindTheDaemonsFunctionsAndNoneOfTheTests) {
   EXPECT_TRUE(step);
 }
 
-TEST(Flips, ACopyThatDiesIsARestart) {
+TEST(Flips, ACopyThatAbortsOrHangsCountsAsRestarted) {
   EXPECT_EQ(in_a_copy([]() -> FlipResult { std::abort(); }, 1).outcome, FlipOutcome::restarted);
   EXPECT_EQ(in_a_copy([]() -> FlipResult { throw 1; }, 1).outcome, FlipOutcome::restarted);
   const auto hang = []() -> FlipResult {

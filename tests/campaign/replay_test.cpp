@@ -130,7 +130,7 @@ class CampaignRecording : public testing::TestWithParam<const char*> {
 };
 
 // tests/altered has another number in one place for each vehicle.
-TEST_P(CampaignRecording, IsNotWhatAnAlteredBuildMakesOfIt) {
+TEST_P(CampaignRecording, DiffersFromTheReplayOfAnAlteredBuild) {
   if (!is_built(GetParam())) GTEST_SKIP() << "not of this build";
   const Folder folder;
   subject(GetParam()).record(1, folder);

@@ -117,7 +117,7 @@ class FlightLog : public ProgramTest {
   std::string path_ = (folder_ / "z-1-000001-20300317T174640Z-zebro.lssrec").string();
 };
 
-TEST_F(FlightLog, IsListedAsWhatItIs) {
+TEST_F(FlightLog, IsListedWithItsKindTimesAndFrames) {
   write();
   const json said = json::parse(run({"--json", "log", "list", path_}).out);
   EXPECT_EQ(said["kind"], "lssrec");
@@ -275,7 +275,7 @@ TEST_F(FlightLog, SignalsAreDrawnAndAReportIsOfTopics) {
   EXPECT_THAT(report.err, HasSubstr("lss-cli record --out FILE.mcap"));
 }
 
-TEST_F(FlightLog, WhatCannotBeDoneSaysWhatCan) {
+TEST_F(FlightLog, AnImpossibleRequestIsRefusedWithAdvice) {
   write();
   const auto refused = [&](std::vector<std::string> words, int code, const std::string& text) {
     words.insert(words.begin(), "log");

@@ -220,7 +220,7 @@ TEST_F(CommandPortTest, OfAFloodOfEmergencyStopsEachIsEndedOnce) {
   EXPECT_EQ(take().size(), 1u) << "what the frame has read is not given to it again";
 }
 
-TEST_F(CommandPortTest, WhoStopsAStoppedVehicleHearsSoWithoutAFrame) {
+TEST_F(CommandPortTest, AnEmergencyStopOfAStoppedVehicleIsAnsweredWithoutAFrame) {
   SupervisorState stopped;
   stopped.controller.state = State::fatal_error;
   stopped.faults[0].id = FaultId::emergency_stop;

@@ -74,7 +74,7 @@ TEST(FrameEngine, ALateCommandIsRepeatedOnceAndThenNothingIsReleased) {
   EXPECT_EQ(s.sent, (std::vector{10, 10, 40}));
 }
 
-TEST(FrameEngine, WhoWantsToKnowHearsOfWhichFrameTheReleaseIs) {
+TEST(FrameEngine, TheReleaseGetsTheNumberOfItsFrame) {
   Stage s;
   std::vector<std::pair<int, std::uint64_t>> sent;
   const auto release = [&](int command, const Boundary& b) { sent.emplace_back(command, b.frame); };

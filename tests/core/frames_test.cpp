@@ -290,7 +290,7 @@ TEST(ActuateFollower, DoesItsWorkWhileNoFrameBegins) {
   EXPECT_EQ(f.actuate.next(0, edges).time_ns, third);
 }
 
-TEST(ActuateFollower, WhoGaveUpTooManyFramesIsInStepWithTheNextOne) {
+TEST(ActuateFollower, AFollowerThatSkippedFramesThatNeverCameFollowsTheNextOne) {
   Followed f(4 * kMillisecond);
   f.frames.start(now_ns() - kSecond);
   auto actuate = f.frames.follow_actuate(0);
@@ -303,7 +303,7 @@ TEST(ActuateFollower, WhoGaveUpTooManyFramesIsInStepWithTheNextOne) {
   EXPECT_EQ(b.skipped, 0u);
 }
 
-TEST(ActuateFollower, WhoIsRungDoesItsWorkAtOnce) {
+TEST(ActuateFollower, AWakeUpBeginsTheWorkAtOnce) {
   struct Rung {
     std::atomic<bool> asked{false};
     std::promise<void> done{};
@@ -321,7 +321,7 @@ TEST(ActuateFollower, WhoIsRungDoesItsWorkAtOnce) {
   actuate.join();
 }
 
-TEST(SensorFrames, StoppedNobodyWaitsAnyMore) {
+TEST(SensorFrames, AStopEndsAllWaits) {
   SensorFrames frames({.packets = 40, .period_ns = kSecond, .grace_ns = 1000 * kSecond});
   auto frame = std::async(std::launch::async, [&] { frames.follow_frame(0).next(0); });
   auto actuate = std::async(std::launch::async, [&] { frames.follow_actuate(0).next(0); });

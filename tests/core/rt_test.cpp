@@ -32,7 +32,7 @@ TEST(Thread, RunsWithThePolicyThatWasAskedForWhenItIsGranted) {
   }
 }
 
-TEST(Thread, WithEnforceARefusedWishDoesNotRunAndSaysWhatToDo) {
+TEST(Thread, WithEnforceAThreadWhoseCpuIsRefusedDoesNotRunAndNamesIt) {
   std::atomic<bool> ran{false};
   Thread thread;
   const auto ok = thread.start({.name = "frame", .cpu = 1000}, true, [&] { ran = true; });

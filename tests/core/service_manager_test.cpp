@@ -44,7 +44,7 @@ class Manager {
   bool bound_ = false;
 };
 
-TEST(ServiceManager, HearsWhatItIsSent) {
+TEST(ServiceManager, ReceivesTheStateOnEachKindOfSocket) {
   const testing_support::TempFolder folder;
   for (const std::string& path :
        {(folder / "notify").string(), "@lss-notify-" + std::to_string(::getpid())}) {

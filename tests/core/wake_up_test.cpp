@@ -25,7 +25,7 @@ TEST(WakeUp, ReturnsAtOnceFromATimeThatHasPassed) {
   wake_up.wait(now_ns());
 }
 
-TEST(WakeUp, IsWokenFromAWaitForNothing) {
+TEST(WakeUp, AWakeEndsAWaitWithoutLimit) {
   WakeUp wake_up;
   std::thread other([&] { wake_up.wake(); });
   wake_up.wait(kNever);
@@ -40,7 +40,7 @@ TEST(Alarm, ReturnsAtOnceFromATimeThatHasPassed) {
   }
 }
 
-TEST(Alarm, IsRungFromAWaitForNothing) {
+TEST(Alarm, ARingEndsAWaitWithoutLimit) {
   Alarm alarm;
   alarm.ring();
   EXPECT_TRUE(alarm.wait(kNever, kMillisecond));

@@ -258,7 +258,7 @@ void a_publisher_without_anything_to_send_stays_on_shared_memory() {
   require(daemon.face().shared_memory() == SharedMemory::active, "shared memory is kept");
 }
 
-void a_wish_of_the_user_for_shared_memory_without_roudi_does_not_abort() {
+void a_request_of_the_user_for_shared_memory_without_roudi_does_not_abort() {
   const Alone alone;
   ::setenv("CYCLONEDDS_URI", "<SharedMemory><Enable>true</Enable></SharedMemory>", 1);
   const auto participant =
@@ -323,8 +323,8 @@ TEST(SharedMemoryPlane, AStandstillBeforeTheEndIsSurvived) {
 TEST(SharedMemoryPlane, APublisherWithoutAnythingToSendStaysOnSharedMemory) {
   expect_success(a_publisher_without_anything_to_send_stays_on_shared_memory);
 }
-TEST(SharedMemoryPlane, AWishOfTheUserForSharedMemoryWithoutRoudiDoesNotAbort) {
-  expect_success(a_wish_of_the_user_for_shared_memory_without_roudi_does_not_abort);
+TEST(SharedMemoryPlane, ARequestOfTheUserForSharedMemoryWithoutRoudiDoesNotAbort) {
+  expect_success(a_request_of_the_user_for_shared_memory_without_roudi_does_not_abort);
 }
 TEST(SharedMemoryPlane, ARoudiThatHangsIsNotJoined) {
   expect_success(a_roudi_that_hangs_is_not_joined);

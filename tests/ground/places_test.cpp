@@ -90,7 +90,7 @@ TEST(Places, OfManyThatInventOneNameEachTheSilentOnesLeaveAndNobodyWhoAnswered) 
   EXPECT_TRUE(list.ids.contains("real"));
 }
 
-TEST(Places, WhoSpeaksOnIsNotPushedOutByOneMore) {
+TEST(Places, AVehicleThatStillSendsIsNotReplacedByAnotherOne) {
   List list;
   for (int i = 0; i < kMost; ++i) list.hear(invented(i), 10 + i, kStart);
   EXPECT_FALSE(list.hear("one more", kOurs, kStart + seconds(1)));

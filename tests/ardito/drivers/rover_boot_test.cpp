@@ -225,7 +225,7 @@ TEST(RoverBoot, ARestartBootsEverythingAgain) {
   EXPECT_EQ(world.wheel(0).target(), 1'000) << "by new orders";
 }
 
-TEST(RoverBoot, TwoNodesOfOneNumberAreNotSpokenTo) {
+TEST(RoverBoot, TwoNodesOfOneNumberGetNoMessages) {
   RoverBusParameters parameters;
   parameters.wheel_node[3] = parameters.wheel_node[0];
   RoverBus bus(parameters);

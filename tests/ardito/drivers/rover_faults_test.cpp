@@ -98,7 +98,7 @@ TEST(RoverFaults, OrdersThatWaitBehindAnEmergencyAreNotSent) {
   }
 }
 
-TEST(RoverFaults, AnEdgeOfASetPointThatIsDueDiesWithAnEmergency) {
+TEST(RoverFaults, AnEmergencyDropsAnEdgeOfASetPointThatIsDue) {
   RoverWorld world;
   world.boot();
   world.drive(0);

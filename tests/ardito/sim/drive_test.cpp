@@ -294,7 +294,7 @@ TEST_F(Bench, AFailedSteeringMotorStaysBehindAndIsSeenInTheStatusword) {
   EXPECT_THAT(master_.heard, testing::Contains("095 [8] 11 86 21 00 00 00 00 00"));
 }
 
-TEST_F(Bench, SensorsThatFailLieAboutAShaftThatIsRight) {
+TEST_F(Bench, FailedSensorsReportWrongValuesOfAGoodShaft) {
   enable();
   master_.wheel_rpm[1] = 1600;
   wheel_.signal(1)->hold(0);

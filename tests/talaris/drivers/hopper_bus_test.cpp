@@ -365,7 +365,7 @@ TEST(HopperBus, NodesThatFellBackAreBroughtUpAgainInTheAir) {
   EXPECT_EQ(world.fan_node().master_lost, 1);
 }
 
-TEST(HopperBus, WhoIsToBeStoppedIsNotBroughtUpAgain) {
+TEST(HopperBus, NodesThatAreToBeStoppedAreNotBootedAgain) {
   HopperWorld world;
   world.boot();
   world.orders.boot_allowed = false;
@@ -379,7 +379,7 @@ TEST(HopperBus, WhoIsToBeStoppedIsNotBroughtUpAgain) {
   EXPECT_EQ(world.state(kValveNode), NodeState::fallen_back);
 }
 
-TEST(HopperBus, TwoNodesOfOneNumberAreNotSpokenTo) {
+TEST(HopperBus, TwoNodesOfOneNumberAreRefused) {
   HopperBusParameters twice;
   twice.node[kFanNode] = 0x20;
   EXPECT_FALSE(HopperBus(twice).parameters_fit());

@@ -27,7 +27,7 @@ class LegsOn : public testing::Test {
   World world;
 };
 
-TEST_F(LegsOn, WhatIsDoneIsSentOnce) {
+TEST_F(LegsOn, AnObeyedOrderIsSentOnce) {
   const TimeNs arrive_ns = world.now + 500 * kMillisecond;
   for (int m = 0; m < kBusModules; ++m) world.order(m, Kind::rotate_forward, 9'000, arrive_ns);
   world.run_frames(50);

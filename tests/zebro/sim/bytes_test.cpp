@@ -68,13 +68,13 @@ TEST_F(Bytes, BrokenFramesAreDroppedSilentlyAndCounted) {
   EXPECT_EQ(say(":01050200000000000000F8\n"), ":01420100000400000000B8\n");
 }
 
-TEST_F(Bytes, OtherAddressesAndRepliesAreNobodysBusiness) {
+TEST_F(Bytes, OtherAddressesAndRepliesAreIgnored) {
   EXPECT_EQ(say(":08050000000000000000F3\n"), "");
   EXPECT_EQ(say(":014000800000000000003F\n"), "");
   EXPECT_EQ(say(":01050200000000000000F8\n"), ":01420100000000000000BC\n");
 }
 
-TEST_F(Bytes, TheOtherCheckAndStopAreSpokenToo) {
+TEST_F(Bytes, TheOtherCheckAndStopAreUsedToo) {
   Zebro zebro({.terrain = {}, .check = lss::zebro::Check::crc8, .stop = lss::zebro::Stop::crlf});
   const std::string reply = say(zebro, ":0705000000000000000058\r\n");
   EXPECT_EQ(reply.size(), 25u);

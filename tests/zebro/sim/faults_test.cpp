@@ -112,7 +112,7 @@ TEST_F(Board, AMomentaryFaultActsButDoesNotStay) {
   EXPECT_THAT(board_.attached(), IsEmpty());
 }
 
-TEST_F(Board, ForgetsWhatEndedByItself) {
+TEST_F(Board, DropsAFaultThatEndedByItself) {
   board_.inject(parse("driver-fault:2"));
   in_force_ = false;
   EXPECT_THAT(board_.attached(), IsEmpty());
