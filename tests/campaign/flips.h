@@ -21,7 +21,7 @@ enum class FlipOutcome : std::uint8_t {
   none,       // the same on the bus, nothing was reported
   corrected,  // the same on the bus, and reported
   safe,       // other orders, with a report of it within a second
-  restarted,  // the process died, or hung: the watchdog's restart
+  restarted,  // the process ended, or hung: the watchdog's restart
   silent,     // other orders, without a report
   unsafe,     // a rule of rules.h is broken
 };
@@ -60,7 +60,7 @@ const std::vector<FlipPart>& program_parts();
 // The bit of this part, also where it is write-protected.
 void flip(std::span<std::uint8_t> bytes, std::uint64_t bit);
 
-// Runs `run` in a copy of this process. restarted: it died, threw, or took more than `cpu_s`.
+// Runs `run` in a copy of this process. restarted: it ended, threw, or took more than `cpu_s`.
 struct FlipResult {
   FlipOutcome outcome = FlipOutcome::restarted;
   double detected_s = 0;  // safe: after the first other order

@@ -144,14 +144,14 @@ void killing_roudi_moves_telemetry_to_the_network_for_old_and_new_readers() {
   Publisher publisher(daemon.face());
   Child old(telemetry_stranger(1'000'000), loopback_uri(true));
   require(old.wait_for_line("ready shm=1"), "a reader on shared memory");
-  daemon.require_control("while RouDi lives");
+  daemon.require_control("while RouDi runs");
 
   roudi->kill();
   require(eventually([&] { return daemon.face().shared_memory() == SharedMemory::lost; }),
           "the loss is noticed");
   require(eventually([&] { return publisher.changes() == 1; }), "the loss is reported once");
-  daemon.require_control("after RouDi died");
-  require_heard(false, "after RouDi died");
+  daemon.require_control("after RouDi ended");
+  require_heard(false, "after RouDi ended");
   require(!daemon.face().shared_memory_could_return(), "no RouDi to return to");
 
   roudi.reset();
@@ -228,7 +228,7 @@ void a_standstill_that_made_roudi_drop_us_is_survived() {
   waker.require_dropped();
   require(eventually([&] { return daemon.face().shared_memory() == SharedMemory::lost; }),
           "the standstill is noticed");
-  require(eventually([&] { return daemon.face().shared_memory_could_return(); }), "RouDi lives");
+  require(eventually([&] { return daemon.face().shared_memory_could_return(); }), "RouDi runs");
   daemon.require_control("after the standstill");
   require_heard(false, "after the standstill");
 }

@@ -1,4 +1,4 @@
-"""A daemon that dies and is started again at once: the vehicle is held, by orders on its bus, 200 ms after the death."""
+"""A killed daemon that is started again at once: orders on the bus stop the vehicle, 200 ms after the kill."""
 
 import os
 import random

@@ -151,7 +151,7 @@ const shot = async (name) => {
 };
 
 const tests = {
-  async the_page_opens_on_a_vehicle_that_lives_and_shows_the_others_as_silent() {
+  async the_page_opens_on_a_vehicle_that_sends_and_shows_the_others_as_silent() {
     await open(kTwo);
     await says("#estop-text", "zebro-1");
     assert.equal(await page.inputValue("#vehicles"), "zebro-1");
@@ -161,7 +161,7 @@ const tests = {
     await shot("two-vehicles");
   },
 
-  async what_is_silent_looks_so_and_stays_when_a_person_chose_it() {
+  async a_silent_vehicle_is_shown_as_silent_and_stays_when_a_person_chose_it() {
     await open(kTwo);
     await page.selectOption("#vehicles", "ardito-1");
     await says("#lost", "The daemon of ardito-1 is gone, last message 10 min ago");
@@ -185,7 +185,7 @@ const tests = {
     await says("#estop-text", "ardito-1");
   },
 
-  async with_none_that_lives_none_is_chosen_and_stop_is_for_all() {
+  async with_none_that_sends_none_is_chosen_and_stop_is_for_all() {
     await open({...kTwo, crafts: {"ardito-1": {age_ms: 610_000}, "zebro-1": {age_ms: 5000}}});
     await says("#state", "no vehicle found");
     assert.equal(await page.inputValue("#vehicles"), "");

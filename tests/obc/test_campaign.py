@@ -122,7 +122,7 @@ class Campaign(Rover):
                 self.run_there("systemctl kill -s INT drive")
                 self.wait_status("s['state'] == 'Idle'", "it drove again and stopped", 60)
                 status = self.status()
-                self.assertEqual(self.pid(UNIT), pid, "the daemon lives")
+                self.assertEqual(self.pid(UNIT), pid, "the daemon is the same process")
                 self.assertEqual(status["frame"]["overruns"], begun["frame"]["overruns"], "no frame was late")
                 self.end_drive()
                 seen = self.seen()

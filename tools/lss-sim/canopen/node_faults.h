@@ -1,7 +1,7 @@
 #pragma once
 
 // The faults that every CANopen node can have, as the types of faults of a vehicle: a vehicle names
-// its nodes and adds its own types. NodeBus carries them out. Built once, at start; it lives as
+// its nodes and adds its own types. NodeBus carries them out. Built once, at start; it exists as
 // long as the program, because faults point into it.
 
 #include <span>
