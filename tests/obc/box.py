@@ -18,7 +18,7 @@ SOURCE = os.environ["LSS_OBC_SOURCE"]
 
 def setUpModule():
     if not os.path.exists(os.path.join(vm.IMAGE, "root.ext4")):
-        print("the OBC in a box is skipped: there is no image; the test that makes it (obc.image, obc.arm64.image) says why")
+        print("the OBC in a box is skipped: there is no image; the test that makes it (obc.image, obc.BOX.image) says why")
         sys.exit(77)
 
 

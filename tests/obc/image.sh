@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # image.sh FOLDER PACKAGES : the OBC in a box, for PACKAGES/*.deb that will be installed in it: FOLDER/image becomes a
 # link to a folder with vmlinuz, initrd.gz, root.ext4 and arch, the name of its processor: amd64, or LSS_OBC_ARCH=arm64.
-# Debian 12 with systemd and the PREEMPT_RT kernel; what those packages depend on is there, they themselves are not.
+# Debian as on this machine (or LSS_OBC_SUITE=bookworm, trixie) with systemd and the PREEMPT_RT kernel; what those packages
+# depend on is there, they themselves are not. cyclictest is there for lss-bench --machine.
 # Needs no root: packages are unpacked under fakeroot, and what their scripts would do is done by hand. Kept in
 # ${LSS_OBC_CACHE:-${XDG_CACHE_HOME:-~/.cache}/lss-obc}; built again when its inputs changed. Status 77: cannot be built
 # here, and it says why.
@@ -10,6 +11,8 @@ here=$(cd "$(dirname "$0")" && pwd)
 out=$1
 ours=("$2"/*.deb)
 arch=${LSS_OBC_ARCH:-amd64}
+here_is=$(sed -n 's/^VERSION_CODENAME=//p' /etc/os-release)
+suite=${LSS_OBC_SUITE:-$here_is}
 cache=${LSS_OBC_CACHE:-${XDG_CACHE_HOME:-$HOME/.cache}/lss-obc}
 
 cannot() {
@@ -37,19 +40,23 @@ case $arch in
     ;;
   *) echo "image.sh: LSS_OBC_ARCH is amd64 or arm64, not $arch" >&2 && exit 2 ;;
 esac
+[ -z "${LSS_OBC_SUITE:-}" ] || case $suite in
+  bookworm | trixie) ;;
+  *) echo "image.sh: LSS_OBC_SUITE is bookworm or trixie, not $suite" >&2 && exit 2 ;;
+esac
 [ "$(dpkg --print-architecture)" = amd64 ] || cannot "it is built on amd64, and this machine is not"
-[ -e "${ours[0]}" ] || cannot "no packages of $arch in $2; tools/package --arch $arch makes them"
+[ -e "${ours[0]}" ] || cannot "no packages in $2; tools/package --arch $arch --suite $suite makes them"
 
 packages=(base-files base-passwd bash dash coreutils util-linux mount login passwd grep sed mawk findutils hostname
   diffutils libc-bin procps dpkg apt sudo kmod udev systemd systemd-sysv dbus iproute2 can-utils tar gzip usr-is-merged
-  busybox-static init-system-helpers "linux-image-rt-$arch")
+  busybox-static init-system-helpers libnuma1 "linux-image-rt-$arch")
 # Of the first alternative each.
 mapfile -t depends < <(for deb in "${ours[@]}"; do dpkg-deb -f "$deb" Depends; done |
   tr ',' '\n' | sed 's/|.*//; s/(.*//; s/ //g' | grep -vxE 'lssd.*|lss-ground|lss-ros' | sort -u)
 
-key=$( (printf '%s\n' "$arch" "${packages[@]}" "${depends[@]}"; cat "$here/image.sh" "$here"/guest/*) | sha256sum | cut -c 1-16)
+key=$( (printf '%s\n' "$arch" "$suite" "${packages[@]}" "${depends[@]}"; cat "$here/image.sh" "$here"/guest/*) | sha256sum | cut -c 1-16)
 if [ -z "${FAKEROOTKEY:-}" ]; then
-  mkdir -p "$cache"/archives/partial "$cache/lists/$arch/partial" "$out"
+  mkdir -p "$cache"/archives/partial "$cache/lists/$suite-$arch/partial" "$out"
   exec 9> "$cache/lock"
   flock 9
   ln -sfn "$cache/$key" "$out/image"
@@ -70,22 +77,31 @@ trap 'rm -rf "$work"' EXIT
 : > "$work/status"
 step() { printf '%4d s %s\n' "$SECONDS" "$1"; }
 
-# The sources of this machine, nothing installed: apt lists and downloads all needed packages.
+# The sources of this machine, or of another Debian its archive; nothing installed: apt lists and downloads all needed
+# packages.
 apt=(-q -y -o Dir::State::status="$work/status" -o Dir::Cache="$cache" -o Dir::Cache::archives="$cache/archives"
   -o Dir::Log="$work" -o APT::Sandbox::User=root -o APT::Install-Recommends=false -o Debug::NoLocking=1
   -o APT::Architecture="$arch" -o APT::Architectures="$arch")
+if [ "$suite" != "$here_is" ]; then
+  keys=/usr/share/keyrings/debian-archive-keyring.gpg
+  [ -e "$keys" ] || cannot "no $keys; install debian-archive-keyring"
+  echo "deb [signed-by=$keys] ${LSS_DEBIAN_ARCHIVE:-http://deb.debian.org/debian} $suite main" > "$work/sources.list"
+  apt+=(-o Dir::Etc::sourcelist="$work/sources.list" -o Dir::Etc::sourceparts=/dev/null
+    -o Dir::State::lists="$cache/lists/$suite-$arch")
+fi
 wanted=("${packages[@]}" "${depends[@]}")
 fetch() {
   # apt lists the files not yet downloaded: all of them, with an empty archive.
   apt-get "${apt[@]}" "$@" -o Dir::Cache::archives="$work/none" --print-uris install "${wanted[@]}" \
     > "$work/uris" 2> "$work/apt.log" &&
-    apt-get "${apt[@]}" "$@" --download-only install "${wanted[@]}" > "$work/apt.log" 2>&1
+    apt-get "${apt[@]}" "$@" --download-only install "${wanted[@]}" > "$work/apt.log" 2>&1 &&
+    (cd "$work/none" && apt-get "${apt[@]}" "$@" download rt-tests >> "$work/apt.log" 2>&1)
 }
 if ! fetch; then  # no lists, or old ones that name files that are gone
-  own=(-o Dir::State::lists="$cache/lists/$arch")
+  own=(-o Dir::State::lists="$cache/lists/$suite-$arch")
   if ! { apt-get "${apt[@]}" "${own[@]}" update > "$work/apt.log" 2>&1 && fetch "${own[@]}"; }; then
     tail -n 5 "$work/apt.log"
-    cannot "the packages of the image cannot be downloaded"
+    cannot "the packages of the image ($suite, $arch) cannot be downloaded"
   fi
 fi
 mapfile -t files < <(sed -n "s/^'[^']*' \([^ ]*\.deb\) .*/\1/p" "$work/uris")
@@ -95,13 +111,15 @@ for folder in bin sbin lib lib64; do
   mkdir -p "$root/usr/$folder"
   ln -s "usr/$folder" "$root/$folder"
 done
+mkdir -p "$work/kernel/usr/lib"
+ln -s usr/lib "$work/kernel/lib"
 info=$root/var/lib/dpkg/info
 mkdir -p "$info" "$root"/var/lib/dpkg/{updates,triggers,alternatives,parts}
 printf '1\n' > "$info/format"
 for file in "${files[@]}"; do
   deb=$cache/archives/$file
   case $file in
-    linux-image-6*) mkdir "$work/kernel" && dpkg-deb --fsys-tarfile "$deb" | tar -xC "$work/kernel" ;;
+    linux-image-6*) dpkg-deb --fsys-tarfile "$deb" | tar -x --keep-directory-symlink -C "$work/kernel" ;;
     *) dpkg-deb --fsys-tarfile "$deb" | tar -x --keep-directory-symlink -C "$root" --exclude='./usr/share/doc/*' \
          --exclude='./usr/share/man/*' --exclude='./usr/share/locale/*' --exclude='./usr/share/info/*' ;;
   esac
@@ -113,6 +131,8 @@ for file in "${files[@]}"; do
   dpkg-deb --fsys-tarfile "$deb" | tar -t | sed 's@^\./@/@; s@/$@@; s@^$@/.@' > "$info/$package.list"
 done
 : > "$root/var/lib/dpkg/available"
+# Without Python, which other programs of rt-tests need.
+dpkg-deb --fsys-tarfile "$work"/none/rt-tests_*.deb | tar -xC "$root" ./usr/bin/cyclictest
 step unpacked
 
 # guest NAME PROGRAM ... : runs a program of the image under a name, before it can boot.
@@ -131,11 +151,12 @@ cp "$modules"/modules.{builtin,order,builtin.modinfo} "$root/usr/lib/modules/$re
 for name in virtio_pci virtio_blk virtio_console virtio-rng ext4 crc32c_generic 9p 9pnet_virtio can can-raw can-dev vcan \
   autofs4 i6300esb; do
   # Its line in modules.dep: the module and its dependencies.
-  line=$(grep -E "/${name//[-_]/[-_]}\.ko:" "$modules/modules.dep") || continue
+  line=$(grep -E "/${name//[-_]/[-_]}\.ko(\.xz)?:" "$modules/modules.dep") || continue
   for module in ${line/:/}; do
     install -D -m 644 "$modules/$module" "$root/usr/lib/modules/$release/$module"
   done
 done
+find "$root/usr/lib/modules" -name '*.ko.xz' -exec xz -d {} +  # Debian 13; the initial RAM disk cannot
 guest depmod usr/bin/kmod -b "$root" "$release"
 step modules
 
