@@ -7,16 +7,23 @@ largest times, and the events of frames that were later than certified: there mu
 import argparse
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
 
-from machine import HERE, QUIET, libraries, machine_class
+from machine import HERE, QUIET, machine_class
 
 PROGRAMS = ["lssd", "lss-cli"]
 LATE = (92, 93)  # idl/codes.inc
 CERTIFICATE = "/run/certificate.json"
+
+
+def libraries(path):
+    """Of a program: {name: file}."""
+    text = subprocess.run(["ldd", path], stdout=subprocess.PIPE, text=True, check=True).stdout
+    return dict(re.findall(r"^\s*(\S+) => (\S+)", text, re.M))
 
 
 def bring(share, folder):

@@ -1,12 +1,15 @@
-"""machine.py LSS_BENCH [--row ROWS] [--quick] [--json | --markdown FILE]: rows of lss-bench in the deterministic machine.
+"""machine.py LSS_BENCH [--row ROWS] [--box BOXES] [--quick] [--json | --markdown FILE]: rows of lss-bench in the
+deterministic machine.
 
 That is the computer in a box of tests/obc, whose time is counted in instructions, two nanoseconds each, on one CPU and a
 PREEMPT_RT kernel: what another program of the host does delays nothing in it. So maxima and "never" mean something
 there, which they do not on a shared machine. It has no caches and no hardware: its figures are no times of an OBC. Everything
-is done in two machines, one after the other, and compared. `lss-bench --machine` calls this.
+is done in two machines, one after the other, and compared. Several boxes (BOXES) give a table with a column for each.
+`lss-bench --machine` calls this.
 """
 
 import argparse
+import dataclasses
 import json
 import math
 import os
@@ -17,6 +20,7 @@ import sys
 import tempfile
 
 HERE = os.path.dirname(os.path.abspath(__file__))
+TOP = os.path.dirname(os.path.dirname(HERE))
 sys.path.insert(0, os.path.join(HERE, "../obc"))
 
 ROWS = "i,ii,vi,xi"
@@ -28,6 +32,10 @@ QUIET = ("systemctl stop '*.timer' systemd-journald.socket systemd-journald-dev-
          "systemd-journald systemd-udevd-control.socket systemd-udevd-kernel.socket systemd-udevd; "
          "echo 3600 > /proc/sys/vm/stat_interval; echo 0 > /proc/sys/vm/dirty_writeback_centisecs; sync")
 NOT_HERE = 77  # as ctest's SKIP_RETURN_CODE
+# Boxes besides that of this machine's Debian: folder of their build, root of tools/package, triplet, its options.
+OTHERS = {"trixie": ("amd64-trixie", "trixie-amd64", "x86_64-linux-gnu", "--arch amd64 --suite trixie"),
+          "arm64": ("arm64", "bookworm-arm64", "aarch64-linux-gnu", "--arch arm64")}
+BOXES = ["amd64", *OTHERS]
 
 
 def machine_class():
@@ -38,47 +46,87 @@ def machine_class():
     return Deterministic
 
 
-def libraries(path):
-    """Of a program: {name: file}."""
-    text = subprocess.run(["ldd", path], stdout=subprocess.PIPE, text=True, check=True).stdout
-    return dict(re.findall(r"^\s*(\S+) => (\S+)", text, re.M))
+@dataclasses.dataclass
+class Box:
+    """A computer of tests/obc, and what is measured in it: programs that were built for it, with their libraries."""
+
+    name: str
+    image: str
+    programs: list
+    libraries: str  # folder
+    image_test: str
+    build: str  # the command that makes the programs
+
+    def missing(self):
+        """What this box lacks, in words; empty: nothing."""
+        if not os.path.exists(os.path.join(self.image, "root.ext4")):
+            return f"no image: `ctest --preset release -C Obc -R {self.image_test}` makes it, or says why not"
+        absent = [os.path.basename(path) for path in self.programs if not os.path.exists(path)]
+        return f"no {', '.join(absent)}: `{self.build}` makes it" if absent else ""
 
 
-def bring(share, bench):
-    """Files missing in the box: lss-bench, its references, cyclictest."""
-    references = os.path.join(os.path.dirname(bench), "../tests/bench")
-    cyclictest = shutil.which("cyclictest")
-    if cyclictest is None:
-        sys.exit("cyclictest is not installed: see rt-tests in tools/packages.txt")
-    needed = {}
-    for path in [bench, cyclictest, *(os.path.join(references, name) for name in REFERENCES)]:
-        subprocess.run(["strip", "-o", os.path.join(share, os.path.basename(path)), path], check=True)
-        needed.update(libraries(path))
-    return needed
+def box_of(name, bench):
+    """Of this machine's Debian, or one whose programs `tools/package --bench` has built."""
+    built = os.path.dirname(os.path.dirname(bench))
+    names = ["lss-bench", *REFERENCES]
+    if name == "amd64":
+        image = os.environ.get("LSS_OBC_IMAGE", os.path.join(built, "tests/obc/box/image"))
+        references = [os.path.join(built, "tests/bench", reference) for reference in REFERENCES]
+        return Box(name, image, [bench, *references], "/usr/lib/x86_64-linux-gnu", "obc.image",
+                   f"ninja -C {os.path.relpath(built)} lss-bench")
+    folder, root, triplet, words = OTHERS[name]
+    return Box(name, os.path.join(built, f"tests/obc/box-{name}/image"),
+               [os.path.join(TOP, "build", folder, "bench", program) for program in names],
+               os.path.join(TOP, "build/roots", root, "usr/lib", triplet), f"obc.{name}.image", f"tools/package {words} --bench")
 
 
-def measure(bench, rows, quick):
-    """The figures of one machine."""
+def bring(share, box):
+    """The programs, without what only a debugger needs; those of OTHERS are already so."""
+    for path in box.programs:
+        copy = os.path.join(share, os.path.basename(path))
+        if box.name in OTHERS:
+            shutil.copy(path, copy)
+        else:
+            subprocess.run(["strip", "-o", copy, path], check=True)
+
+
+def bring_libraries(machine, share, box):
+    """Those that the box does not have, and then those that they need."""
+    while True:
+        missing = machine.must("for f in /opt/bench/*; do LD_LIBRARY_PATH=/opt/bench ldd $f; done 2> /dev/null | "
+                               "sed -n 's/^[[:space:]]*\\(.*\\) => not found/\\1/p' | sort -u").split()
+        if not missing:
+            return
+        for name in missing:
+            shutil.copy(os.path.join(box.libraries, name), share)
+        machine.must("cp -n /mnt/host/* /opt/bench")
+
+
+def measure(box, rows, quick):
+    """The figures of one machine, and its kernel."""
+    os.environ["LSS_OBC_IMAGE"] = box.image
+    import vm  # pylint: disable=import-outside-toplevel
+    vm.IMAGE = box.image
     share = tempfile.mkdtemp(prefix="lss-bench-share-")
     os.chmod(share, 0o755)
     machine = None
     try:
-        needed = bring(share, bench)
+        bring(share, box)
         machine = machine_class()(share)
         machine.wait_for_boot()
         # From its own disk: a page that comes from the host comes when the host likes.
         machine.must("mkdir -p /opt/bench && cp /mnt/host/* /opt/bench")
-        missing = machine.must("for f in /opt/bench/*; do ldd $f; done | sed -n 's/^ *\\(.*\\) => not found/\\1/p' | sort -u")
-        for name in missing.split():
-            shutil.copy(needed[name], share)
-        machine.must("cp -n /mnt/host/* /opt/bench")
+        bring_libraries(machine, share, box)
         machine.must(QUIET)
         machine.must("cd /opt/bench && PATH=$PWD:$PATH LD_LIBRARY_PATH=$PWD ./lss-bench --maxima --json "
                      f"--row {rows} {'--quick' if quick else ''} > /run/figures.json 2> /run/progress || "
                      "{ cat /run/progress; false; }; cp /run/figures.json /mnt/host", LIMIT_S)
         with open(os.path.join(share, "figures.json"), encoding="utf-8") as file:
-            kernel = machine.must("uname -rv")
+            kernel = machine.must("uname -r")
             return json.load(file), kernel
+    except (vm.Gone, AssertionError, OSError) as error:
+        words = machine.last_words() if machine is not None and not isinstance(error, vm.Gone) else ""
+        sys.exit(f"box {box.name}: {error!r}\n{words}")
     finally:
         if machine is not None:
             machine.end()
@@ -114,67 +162,117 @@ def goal(figure):
     return f"<= {number(figure['goal'])}{'' if bare else 'x'}"
 
 
-def document(pairs, kernel, command):
+def verdict(a, b):
+    """Of both machines; None: there is no goal."""
+    both = {a["met"], b["met"]}
+    return None if a["met"] is None else "no" if "no" in both else "undecided" if "undecided" in both else "yes"
+
+
+def shown(pairs):
+    return [(a, b) for a, b in pairs if a["met"] is not None or a["figure"].endswith("max")]
+
+
+def label(figure):
+    return f"{figure['row']}, {figure['figure']}" + (f", {figure['unit']}" if figure["unit"] not in ("", "1") else "")
+
+
+def one_box(pairs):
+    lines = ["| figure | value | second | reference | ratio | goal |", "|---|---:|---:|---:|---:|---|"]
+    notes = list(dict.fromkeys(a["note"] for a, _ in shown(pairs) if a["note"]))  # each once; figures have its number
+    for a, b in shown(pairs):
+        note = f" [{notes.index(a['note']) + 1}]" if a["note"] else ""
+        met = verdict(a, b)
+        lines.append(f"| {label(a)}{note} | {number(a['value'])} | {number(b['value'])} | "
+                     f"{number(a['reference'])} | {number(a['ratio'])} | {f'{goal(a)}: {met}' if met else '-'} |")
+    return lines, ["", "## Notes", "", *(f"{i}. {note}" for i, note in enumerate(notes, 1))]
+
+
+def side_by_side(boxes):
+    lines = [f"| figure | goal | {' | '.join(boxes)} |", "|---|---|" + "---:|" * len(boxes)]
+    tables = [{label(a): (a, b) for a, b in shown(pairs)} for pairs, _ in boxes.values()]
+    for name in dict.fromkeys(name for table in tables for name in table):
+        cells = []
+        for table in tables:
+            a, b = table.get(name, ({"value": None, "ratio": None, "met": None}, {"met": None}))
+            ratio = f" ({number(a['ratio'])}x)" if a["ratio"] is not None else ""
+            met = verdict(a, b)
+            cells.append(number(a["value"]) + ratio + (f": {met}" if met else ""))
+        figure = next(table[name][0] for table in tables if name in table)
+        lines.append(f"| {name} | {goal(figure)} | {' | '.join(cells)} |")
+    return lines
+
+
+def document(boxes, command):
+    """boxes: of each its pairs of figures and its kernel."""
+    kernels = [kernel for _, kernel in boxes.values()]
+    several = len(boxes) > 1
     lines = [
         "# Timing in the deterministic machine", "",
         f"For reviewers of the timing: figures with a goal, and maxima. Made by `{command}`; do not edit.",
-        "Columns as in [performance.md](performance.md); *second*: a second machine, booted after the first; goals are met by",
-        "both; other columns are of the first.", "",
-        f"The machine (`qemu -icount shift=1,sleep=off -smp 1`, {kernel.split()[0]}, PREEMPT_RT, no KVM) counts",
+        *(["Of each box the value and its ratio to the reference as in [performance.md](performance.md), both of the first of two",
+           "machines, and whether both machines meet the goal. The programs were built for the Debian of each box."]
+          if several else
+          ["Columns as in [performance.md](performance.md); *second*: a second machine, booted after the first; goals are met by",
+           "both; other columns are of the first."]), "",
+        f"The machine (`qemu -icount shift=1,sleep=off -smp 1`, {', '.join(kernels)}, PREEMPT_RT, no KVM) counts",
         "instructions of 2 ns instead of time: no other program of the host delays it. One CPU, no caches: maxima, missed",
-        "deadlines and ratios are valid, microseconds are no hardware's.", "",
-        "| figure | value | second | reference | ratio | goal |", "|---|---:|---:|---:|---:|---|"]
-    shown = [(a, b) for a, b in pairs if a["met"] is not None or a["figure"].endswith("max")]
-    notes = list(dict.fromkeys(a["note"] for a, _ in shown if a["note"]))  # each once; figures have its number
-    for a, b in shown:
-        both = {a["met"], b["met"]}
-        met = "no" if "no" in both else "undecided" if "undecided" in both else "yes"
-        unit = f", {a['unit']}" if a["unit"] not in ("", "1") else ""
-        note = f" [{notes.index(a['note']) + 1}]" if a["note"] else ""
-        lines.append(f"| {a['row']}, {a['figure']}{unit}{note} | {number(a['value'])} | {number(b['value'])} | "
-                     f"{number(a['reference'])} | {number(a['ratio'])} | "
-                     f"{'-' if a['met'] is None else f'{goal(a)}: {met}'} |")
-    worst = {kind: max((apart(a, b) or 0 for a, b in pairs if a["figure"].endswith(kind)), default=0)
-             for kind in ("p50", "max")}
-    lines += ["", f"Medians of both differ by {worst['p50']:.1%} at most, maxima by {worst['max']:.1%}."]
-    differ = unsteady(pairs)
-    if differ:
-        lines += [f"By more than {REPEATS:.0%}: {'; '.join(differ)}."]
-    lines += ["", "## Notes", ""]
-    lines += [f"{i}. {note}" for i, note in enumerate(notes, 1)]
-    return "\n".join(lines) + "\n"
+        "deadlines and ratios are valid, microseconds are no hardware's.", ""]
+    table, notes = (side_by_side(boxes), []) if several else one_box(next(iter(boxes.values()))[0])
+    lines += table
+    for name, (pairs, _) in boxes.items():
+        worst = {kind: max((apart(a, b) or 0 for a, b in pairs if a["figure"].endswith(kind)), default=0)
+                 for kind in ("p50", "max")}
+        lines += ["", f"{f'{name}: m' if several else 'M'}edians of both differ by {worst['p50']:.1%} at most, maxima by "
+                      f"{worst['max']:.1%}."]
+        differ = unsteady(pairs)
+        if differ:
+            lines += [f"By more than {REPEATS:.0%}: {'; '.join(differ)}."]
+    return "\n".join(lines + notes) + "\n"
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("bench")
     parser.add_argument("--row", default=ROWS)
+    parser.add_argument("--box", default=BOXES[0], help=f"comma-separated, of {', '.join(BOXES)}")
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--markdown")
     words = parser.parse_args()
     bench = os.path.abspath(words.bench)
-    os.environ.setdefault("LSS_OBC_IMAGE", os.path.join(os.path.dirname(bench), "../tests/obc/box/image"))
-    if not os.path.exists(os.path.join(os.environ["LSS_OBC_IMAGE"], "root.ext4")):
-        print("there is no image of the machine: `ctest --preset release -R obc.image` makes it, or says why not")
+    names = list(dict.fromkeys(words.box.split(",")))
+    for name in names:
+        if name not in BOXES:
+            parser.error(f"there is no box '{name}', only {', '.join(BOXES)}")
+    boxes = [box_of(name, bench) for name in names]
+    missing = [f"box {box.name}: {box.missing()}" for box in boxes if box.missing()]
+    if missing:
+        print("\n".join(missing))
         sys.exit(NOT_HERE)
-    runs = []
-    for turn in ("first", "second"):
-        print(f"{turn} machine", file=sys.stderr, flush=True)
-        runs.append(measure(bench, words.row, words.quick))
-    pairs = list(zip(runs[0][0], runs[1][0], strict=True))
+    measured = {}
+    for box in boxes:
+        runs = []
+        for turn in ("first", "second"):
+            print(f"box {box.name}, {turn} machine", file=sys.stderr, flush=True)
+            runs.append(measure(box, words.row, words.quick))
+        measured[box.name] = (list(zip(runs[0][0], runs[1][0], strict=True)), runs[0][1])
     command = " ".join(["lss-bench --machine", *(["--quick"] if words.quick else []),
-                        *([f"--row {words.row}"] if words.row != ROWS else [])])
-    text = document(pairs, runs[0][1], f"{command} --markdown docs/machine-timing.md")
+                        *([f"--row {words.row}"] if words.row != ROWS else []),
+                        *([f"--box {','.join(names)}"] if names != BOXES[:1] else [])])
+    text = document(measured, f"{command} --markdown docs/machine-timing.md")
     if words.markdown:
         with open(words.markdown, "w", encoding="utf-8") as file:
             file.write(text)
-    print(json.dumps([{**a, "second": b["value"]} for a, b in pairs], indent=2) if words.json else text, end="")
-    wrong = [f"not measured: {a['row']} {a['figure']} {a['note']}" for a, _ in pairs if a["value"] is None]
-    wrong += [f"missed: {f['row']} {f['figure']}: {f['value']:g}" for pair in pairs for f in pair
-              if f["goal"] == 0 and f["met"] == "no"]
-    if not words.quick:
-        wrong += [f"does not repeat: {line}" for line in unsteady(pairs)]
+    figures = [{**({"box": name} if len(names) > 1 else {}), **a, "second": b["value"]}
+               for name, (pairs, _) in measured.items() for a, b in pairs]
+    print(json.dumps(figures, indent=2) if words.json else text, end="")
+    wrong = []
+    for name, (pairs, _) in measured.items():
+        wrong += [f"{name}: not measured: {a['row']} {a['figure']} {a['note']}" for a, _ in pairs if a["value"] is None]
+        wrong += [f"{name}: missed: {f['row']} {f['figure']}: {f['value']:g}" for pair in pairs for f in pair
+                  if f["goal"] == 0 and f["met"] == "no"]
+        if not words.quick:
+            wrong += [f"{name}: does not repeat: {line}" for line in unsteady(pairs)]
     print("\n".join(wrong), file=sys.stderr)
     sys.exit(bool(wrong))
 

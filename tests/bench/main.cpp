@@ -32,6 +32,7 @@ constexpr const char* kExamples =
     "whose\n"
     "                                    time is counted in instructions: maxima and what was "
     "missed\n"
+    "  lss-bench --machine --box amd64,trixie,arm64   the same in three machines, side by side\n"
     "Run it with nothing else on the machine, and with the permission for SCHED_FIFO.";
 
 struct Row {
@@ -87,14 +88,16 @@ Figures measure(const Row& row, const Options& options, bool& failed) {
 }
 
 // The same program in the deterministic machine, twice: tests/bench/machine.py.
-int in_machine(const Options& options, const std::vector<std::string>& names, bool as_json,
-               const std::string& document) {
+int in_machine(const Options& options, const std::vector<std::string>& names,
+               const std::vector<std::string>& boxes, bool as_json, const std::string& document) {
   std::vector<std::string> words{"python3", LSS_BENCH_SOURCE "/tests/bench/machine.py",
                                  program("lss-bench")};
   if (options.quick) words.emplace_back("--quick");
   if (as_json) words.emplace_back("--json");
   if (!names.empty())
     words.insert(words.end(), {"--row", fmt::format("{}", fmt::join(names, ","))});
+  if (!boxes.empty())
+    words.insert(words.end(), {"--box", fmt::format("{}", fmt::join(boxes, ","))});
   if (!document.empty()) words.insert(words.end(), {"--markdown", document});
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
@@ -137,7 +140,7 @@ int grow(const Options& options, const std::string& document) {
 
 int main(int argc, char** argv) {
   Options options;
-  std::vector<std::string> names;
+  std::vector<std::string> names, boxes;
   std::string campaign, document;
   bool as_json = false, machine_wanted = false, growth_wanted = false;
   CLI::App cli("Performance figures, each a ratio against a reference of the same run.",
@@ -151,6 +154,13 @@ int main(int argc, char** argv) {
       "also maxima and how often something was missed: in a machine that counts instructions");
   cli.add_flag("--machine", machine_wanted,
                "in a virtual machine that counts instructions; rows i,ii,vi,xi");
+  cli.add_option(
+         "--box", boxes,
+         "with --machine: amd64 (Debian as here), trixie (Debian 13), arm64; several give a "
+         "table with a column for each; without it amd64")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"amd64", "trixie", "arm64"}))
+      ->needs("--machine");
   cli.add_flag("--json", as_json, "a list instead of a table");
   cli.add_option("--markdown", document, "also write the document with machine and table there");
   cli.add_flag("--growth", growth_wanted,
@@ -179,7 +189,7 @@ int main(int argc, char** argv) {
 
   if (growth_wanted) return grow(options, document);
   Cyclictest::counts_instructions = options.maxima;
-  if (machine_wanted) return in_machine(options, names, as_json, document);
+  if (machine_wanted) return in_machine(options, names, boxes, as_json, document);
 
   std::string command = "lss-bench --markdown";
   if (options.quick) command += " --quick";
