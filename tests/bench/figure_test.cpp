@@ -1,8 +1,9 @@
-// When a figure of lss-bench has met its goal.
+// When a figure of lss-bench has met its goal, and the kernel that the document names.
 
 #include <gtest/gtest.h>
 
 #include "tests/bench/programs.h"
+#include "tests/bench/report.h"
 
 namespace lss::bench {
 namespace {
@@ -45,6 +46,13 @@ TEST(Figure, WithoutAReferenceOfItsOwnIsJudgedAsItIs) {
   absolute.absolute = true;
   absolute.aa_ratio = 2;
   EXPECT_EQ(absolute.met(), Met::yes);
+}
+
+TEST(Report, NamesThePreemptionThatTheVersionOfTheKernelStates) {
+  EXPECT_EQ(preemption("#1 SMP PREEMPT_RT Debian 6.12.57-1"), "PREEMPT_RT");
+  EXPECT_EQ(preemption("#1 SMP PREEMPT_DYNAMIC Debian 6.12.57-1"),
+            "PREEMPT_DYNAMIC, not PREEMPT_RT");
+  EXPECT_EQ(preemption("#1 SMP Debian 5.10.0-1"), "not PREEMPT_RT");
 }
 
 }  // namespace

@@ -115,16 +115,12 @@ std::string json(const Figures& figures) {
 Machine this_machine() {
   utsname system{};
   ::uname(&system);
-  const std::string version = system.version;
   std::string governor = read_file("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor");
   governor.erase(std::remove(governor.begin(), governor.end(), '\n'), governor.end());
   const std::string load = read_file("/proc/loadavg");
   return {.cpu = first_line_after(read_file("/proc/cpuinfo"), "model name"),
           .kernel = system.release,
-          .preemption = read_file("/sys/kernel/realtime").starts_with("1") ? "PREEMPT_RT"
-                        : version.find("PREEMPT_DYNAMIC") != std::string::npos
-                            ? "PREEMPT_DYNAMIC, not PREEMPT_RT"
-                            : "not PREEMPT_RT",
+          .preemption = preemption(system.version),
           .governor = governor.empty() ? "none to be seen (as in a virtual machine)" : governor,
           .date = testing_support::stamp(std::filesystem::read_symlink("/proc/self/exe")),
           .load = load.substr(0, load.find(' ')),
