@@ -13,8 +13,11 @@
 namespace lss {
 namespace {
 
-constexpr TimeNs kStatusEvery = kSecond;
-constexpr TimeNs kHeartbeatEvery = 200 * kMillisecond;
+constexpr TimeNs kStatusEvery = kSecond, kStatusInLockstep = 200 * kMillisecond;
+// Each goes to every daemon of the domain. In motion a second daemon of the name has to be known
+// soon.
+constexpr TimeNs kHeartbeatAtRest = kSecond;
+constexpr TimeNs kHeartbeatInMotion = 200 * kMillisecond;
 constexpr TimeNs kWatchEvery = 100 * kMillisecond;
 constexpr TimeNs kForeignEvery = 60 * kSecond;
 
@@ -121,9 +124,11 @@ void Publisher::run() {
       watch(now);
     }
     publish_status(now);
-    if (now >= next_heartbeat_ns_) {
-      next_heartbeat_ns_ = now + kHeartbeatEvery;
-      face_->heartbeat(state_.value().controller.state);
+    const State state = state_.value().controller.state;
+    const TimeNs every = state == State::operational ? kHeartbeatInMotion : kHeartbeatAtRest;
+    if (now - heartbeat_ns_ >= every) {
+      heartbeat_ns_ = now;
+      face_->heartbeat(state);
     }
     turns_.fetch_add(1, std::memory_order_relaxed);
   }
@@ -248,7 +253,7 @@ void Publisher::publish_status(TimeNs now) {
   state_.update();
   if (now < next_status_ns_) return;
   // Simulated time may be slower than the clock by which a client misses it.
-  next_status_ns_ = now + (lockstep::on() ? kHeartbeatEvery : kStatusEvery);
+  next_status_ns_ = now + (lockstep::on() ? kStatusInLockstep : kStatusEvery);
   const StatusReport r = report(now);
   face_->status(r);
   face_->timing(statistics_.statistics());

@@ -138,7 +138,7 @@ class Publisher {
   TimeNs statistics_from_ns_ = 0;  // only later frames count
   ClockStep clock_step_;
   ExpiryWatch expiry_;  // of the enclave
-  TimeNs next_status_ns_ = 0, next_heartbeat_ns_ = 0, next_watch_ns_ = 0;
+  TimeNs next_status_ns_ = 0, heartbeat_ns_ = 0, next_watch_ns_ = 0;
   bool memory_locked_ = false, granted_ = true;
 
   mutable std::mutex summary_mutex_;  // main and publish thread only
