@@ -42,7 +42,7 @@ WIRE = {
     **{("writer", f"rr/ardito_1/{name}Reply"): ("std_srvs::srv::dds_::Trigger_Response_", TRIGGER["Response"], True, 0, 10)
        for name in ("stop", "estop", "solve", "start")},
 }
-NEEDED = "the peer was not built: libfastrtps-dev and fastddsgen are not installed (tools/packages.txt, group ros)"
+NEEDED = "the peer was not built: it needs Fast DDS 2, as of Debian 12 (tools/packages.txt, group ros)"
 
 
 class Ros(Rover):
@@ -161,7 +161,7 @@ class Ros(Rover):
                                for one in line["status"]), 30, "and in the diagnostics")
         self.assertEqual(self.status()["state"], IDLE)
 
-    @unittest.skipUnless(os.path.exists(ROS_PEER) and dissected.TSHARK, f"{NEEDED}, or tshark is not")
+    @unittest.skipUnless(os.path.exists(ROS_PEER) and dissected.TSHARK, f"{NEEDED}, and tshark")
     def test_an_observer_of_the_wire_sees_the_names_types_qos_and_node_of_ros(self):
         capture = dissected.Capture(self.folder)
         self.addCleanup(capture.end)
