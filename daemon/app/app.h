@@ -22,8 +22,8 @@ class App {
 
   // DDS first, then memory, then the real-time threads.
   virtual tl::expected<void, Refusal> start() = 0;
-  // Sends the safe command, then ends all threads. Bounded: a flight lands, or ends by its own
-  // limits.
+  // Stops the vehicle, then ends all threads. Bounded: a flight lands, or ends by its own limits;
+  // motors that brake have their time (daemon/cycle/ending.h).
   virtual void stop() = 0;
 
   // The turns of every thread, the frame's first: the watchdog is fed only while that one advances.

@@ -35,6 +35,7 @@
 #include "daemon/app/app.h"
 #include "daemon/config/config.h"
 #include "daemon/cycle/cycle.h"
+#include "daemon/cycle/ending.h"
 #include "daemon/cycle/twins.h"
 #include "daemon/parameters/saver.h"
 #include "daemon/parameters/start.h"
@@ -164,8 +165,9 @@ class Runtime final : public App {
     if (threads_.empty()) return;
     shut_down_ = true;
     land();
-    const std::uint64_t last = engine_->frames() + kShutDownFrames;
-    await(now_ns() + kSecond, config_.period_ns, [&] { return engine_->frames() >= last; });
+    const Ending ending(engine_->frames(), now_ns());
+    await(INT64_MAX, config_.period_ns,
+          [&] { return ending.over(engine_->frames(), now_ns(), may_be_left_); });
     engine_->stop();
     buses_.stop();
     lockstep::leave();
@@ -189,8 +191,6 @@ class Runtime final : public App {
   const char* restart_reason() const override { return publisher_.restart_reason(); }
 
  private:
-  // For the safe command to reach every module.
-  static constexpr std::uint64_t kShutDownFrames = 10;
   static constexpr TimeNs kStandstill = 3 * kSecond;  // of simulated time, by the machine's clock
 
   using Engine = FrameEngine<Frames, typename Vehicle::Command>;
@@ -359,7 +359,8 @@ class Runtime final : public App {
       scratch_{};
   Latest<typename Vehicle::Telemetry> telemetry_;
   std::uint32_t changes_ = 0;  // of parameters already shown
-  std::atomic<bool> shut_down_{false}, airborne_{false}, program_damaged_{false};
+  std::atomic<bool> shut_down_{false}, airborne_{false}, may_be_left_{false},
+      program_damaged_{false};
   std::vector<std::unique_ptr<rt::Thread>> threads_;
 };
 
@@ -418,6 +419,7 @@ void Runtime<Vehicle, Buses>::hand_over(const TimingPoints& timing) noexcept {
   const bool airborne = supervisor_.airborne();
   publisher_.airborne(airborne);
   airborne_.store(airborne, std::memory_order_relaxed);
+  may_be_left_.store(may_be_left(vehicle_, supervisor_.controller()), std::memory_order_relaxed);
   const TunableValues& parameters = vehicle_.tunables();
   if (std::exchange(changes_, parameters.changes) != parameters.changes) publisher_.put(parameters);
   publisher_.put(supervisor_.outbox());

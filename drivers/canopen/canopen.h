@@ -83,6 +83,12 @@ constexpr DriveState drive_state(std::uint16_t statusword) {
   }
 }
 
+// The power stage is on: the motor follows, brakes or holds.
+constexpr bool powered(DriveState state) {
+  return state == DriveState::operation_enabled || state == DriveState::quick_stop_active ||
+         state == DriveState::fault_reaction;
+}
+
 // Statusword.
 inline constexpr std::uint16_t kSetPointAcknowledged = 1u << 12;  // profile position
 inline constexpr std::uint16_t kFollowingError = 1u << 13;        // profile position

@@ -23,6 +23,7 @@
 
 #include "daemon/config/config.h"
 #include "daemon/cycle/cycle.h"
+#include "daemon/cycle/ending.h"
 #include "daemon/cycle/twins.h"
 #include "daemon/record/state.h"
 #include "daemon/runtime/bus_thread.h"
@@ -162,6 +163,17 @@ class VirtualChain {
   }
   std::uint32_t lease_ms = 0;                   // of commands
   void heartbeat(bool on) { heartbeat_ = on; }  // of "test", five times a second; on at first
+
+  // The daemon is told to end, as Runtime::stop() in daemon/app/runtime.h: until the frame after
+  // which it does.
+  void shut_down() {
+    in_.shut_down = true;
+    const Ending ending(cycles_, now_ns_);
+    const auto over = [&] {
+      return ending.over(cycles_, now_ns_, may_be_left(vehicle_, supervisor_.controller()));
+    };
+    run_until(over, 20);
+  }
 
   // ---- Faults, written as for lss-sim: "module-dead:3", "noise:0.01", "clear:noise", "clear".
   void inject(const std::string& text) {

@@ -76,6 +76,9 @@ class Vehicle final : public Actor {
   bool describe(const lss::Inputs<Vehicle>& in, const SupervisorState& state,
                 Telemetry& out) noexcept;
 
+  // Of a drive that answers: for the end of the daemon (daemon/cycle/ending.h).
+  bool powered() const noexcept;
+
   // For error solving. Sets of nodes as bits: bit i is node i+1.
   TimeNs now() const noexcept { return now_ns_; }
   std::uint16_t faulty_modules() const noexcept;  // nodes in service

@@ -349,6 +349,13 @@ void Vehicle::set_sense(Supervisor& s) noexcept {
   s.set_sense(sense);
 }
 
+bool Vehicle::powered() const noexcept {
+  for (std::size_t i = 0; i < kWheels + kSteered; ++i) {
+    if (answers(i) && canopen::powered(link(i).drive)) return true;
+  }
+  return false;
+}
+
 // ---- error solving
 
 std::uint16_t Vehicle::faulty_modules() const noexcept {
