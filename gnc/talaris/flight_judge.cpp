@@ -90,9 +90,11 @@ void Flight::judge_landing() noexcept {
   if (!(tilt <= limits.upright_rad)) fall_short(Shortfall::fallen);
   const double hardest_m_s = touchdown_m_s_ + kUnsure_m_s;
   if (!(hardest_m_s <= limits.touchdown_m_s)) fall_short(Shortfall::hard);
-  if (plan_.request.program != Program::hop) return;
+  const Program program = plan_.request.program;
+  if (program != Program::hop && program != Program::parachute) return;  // held by a stand
   if (!(touchdown_side_m_s_ + kUnsure_m_s <= limits.touchdown_side_m_s))
     fall_short(Shortfall::sideways);
+  if (program != Program::hop) return;  // by fans alone nothing controls the place
   const Vector3 off = state_.position_N_m - goal_m_;
   off_m_ = math::hypot(off.y(), off.z());
   off_sigma_m_ = state_.position_sigma_m.tail<2>().maxCoeff();

@@ -92,10 +92,9 @@ struct Row {
   std::vector<const char*> grounds;
 };
 
-// "As planned" by fans alone says nothing of the place and the speed sideways.
+// "As planned" by fans alone says nothing of the place.
 bool told_wrongly(const FlightPlan& plan, const Flown& f) {
-  if (plan.program == Program::hop) return wrong(f);
-  return f.succeeded && !(f.upright() && f.down_m_s <= 1);
+  return plan.program == Program::hop ? wrong(f) : f.succeeded && !safe(f);
 }
 
 // The cells of the table, after the flight and the ground.
