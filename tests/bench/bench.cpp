@@ -148,11 +148,13 @@ Figure missed(const std::string& row, const std::string& name, const Rounds& rou
       figure_of(row, name, "1", static_cast<double>(value), static_cast<double>(reference), kNone));
 }
 
-Figure to_be_none(Figure figure) {
-  figure.goal = 0;
+Figure at_most(Figure figure, double goal) {
+  figure.goal = goal;
   figure.absolute = true;
   return figure;
 }
+
+Figure to_be_none(Figure figure) { return at_most(std::move(figure), 0); }
 
 Figure noted(Figure figure, const std::string& note) {
   if (std::isfinite(figure.value)) figure.note = note;

@@ -60,8 +60,9 @@ struct Figure {
   double goal = kNone;    // at most; kNone: only reported
   bool absolute = false;  // the goal is one of the value, not of the ratio
   std::string note{};
-  std::string held_back{};  // by what, when the goal is not met
-  bool failed = false;      // not measured, since something broke
+  std::string held_back{};   // by what, when the goal is not met
+  bool in_document = false;  // although it has no goal
+  bool failed = false;       // not measured, since something broke
 
   std::string remark() const;      // the note, and the bottleneck, if any
   std::optional<Met> met() const;  // nothing: no goal, or not measured
@@ -77,7 +78,8 @@ Figure most(const std::string& row, const std::string& name, const std::string& 
             const Rounds& rounds);
 // Number of samples above the limit in all rounds; goal: none.
 Figure missed(const std::string& row, const std::string& name, const Rounds& rounds, double bound);
-Figure to_be_none(Figure figure);  // the goal is 0
+Figure at_most(Figure figure, double goal);  // the goal is one of the value
+Figure to_be_none(Figure figure);            // the goal is 0
 Figure noted(Figure figure, const std::string& note);
 Figure held_back(Figure figure, const std::string& by);
 // For figures without a goal.
@@ -105,5 +107,6 @@ Figures simulation_speed(const Options& options);
 Figures emergency_stop(const Options& options);
 Figures lockstep_speed(const Options& options);
 Figures fleet(const Options& options);
+Figures security(const Options& options);
 
 }  // namespace lss::bench

@@ -59,6 +59,7 @@ constexpr Row kRows[] = {
     {"xii", "simulation against the wall-clock", simulation_speed},
     {"xiii", "emergency stop to the bus, also under a flood", emergency_stop},
     {"xiv", "simulated time in lockstep", lockstep_speed},
+    {"xv", "DDS Security", security},
     {"xvi", "many vehicles on one domain", fleet},
 };
 

@@ -7,8 +7,7 @@
 #include <thread>
 
 #include "daemon/runtime/clock.h"
-#include "idl/topics.h"
-#include "tests/bench/programs.h"
+#include "tests/bench/clients.h"
 
 namespace lss::bench {
 namespace {
@@ -20,27 +19,6 @@ class Minimal : public Service {
     start({program("bench-dds-minimal"), std::to_string(domain)}, {loopback(shared_memory)});
   }
 };
-
-// The newest status of the daemon of that domain, when it has run for so many frames.
-lss_Status status_after(int domain, std::uint64_t frames) {
-  const auto participant = dds::Participant::create({.domain = domain});
-  if (!participant) throw NotHere(participant.error().text);
-  const auto reader = dds::create_reader(participant->get(), dds::common_topic(dds::Kind::status));
-  if (!reader) throw NotHere(reader.error());
-  lss_Status status{};
-  const auto ran = [&] {
-    lss_Status sample;
-    void* pointer = &sample;
-    dds_sample_info_t info;
-    while (dds_take(reader->get(), &pointer, &info, 1, 1) > 0) {
-      if (info.valid_data) status = sample;
-    }
-    return status.frame_index >= frames;
-  };
-  if (!eventually(ran, std::chrono::seconds(60)))
-    throw std::runtime_error("the daemon says no status");
-  return status;
-}
 
 template <class Program>
 Samples exec_to_ready_ms(int domain) {

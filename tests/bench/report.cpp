@@ -142,7 +142,7 @@ std::string markdown(const Figures& figures, const Machine& machine, const std::
       machine.governor, machine.load);
   Figures shown;  // the others only explain these
   for (const Figure& f : figures) {
-    if (f.failed || f.met() || !std::isfinite(f.value) || f.name.ends_with("p99"))
+    if (f.failed || f.met() || !std::isfinite(f.value) || f.name.ends_with("p99") || f.in_document)
       shown.push_back(f);
   }
   const std::vector<std::string> remarks = notes(shown);
