@@ -93,7 +93,8 @@ struct NotHere : std::runtime_error {
 using Figures = std::vector<Figure>;
 Figures wake_up(const Options& options);
 Figures byte_to_byte(const Options& options);
-Figures sync_deviation(const Options& options);  // where Ardito is built
+Figures event_path(const Options& options, const std::string& how);  // where TALARIS is built
+Figures sync_deviation(const Options& options);                      // where Ardito is built
 Figures command_to_ack(const Options& options);
 Figures telemetry_cost(const Options& options);
 Figures leg_bus_cycle(const Options& options);

@@ -1,7 +1,7 @@
 // Row ii: from the last sensor byte in to the actuator byte out, through the real parts (serial
 // bus, frames made by the sensor, frame engine) on a pseudo-terminal, against a raw echo program on
-// another one at the same time. Event path: the command goes out when it is ready. With the frame
-// offset: how far from last byte + offset it comes out.
+// another one at the same time: how far from last byte + offset the byte comes out. The way of an
+// event through the whole daemon: event_path.cpp.
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -12,7 +12,6 @@
 #include <atomic>
 #include <iterator>
 #include <list>
-#include <tuple>
 
 #include "daemon/runtime/frame_engine.h"
 #include "daemon/runtime/frames.h"
@@ -140,40 +139,34 @@ class FarEnd {
   Samples latencies_us_;
 };
 
-// Offset 0 is the event path: the command goes out when it is ready.
-struct Way {
-  TimeNs offset_ns = 0, spin_ns = 0;
-};
+constexpr TimeNs kSpins[] = {0, kSpin};  // of the chains that are measured at once
 
 // The parts of a daemon with one sensor, on their threads.
 class Chain {
  public:
-  Chain(const FarEnd& far_end, const Plan& plan, const Way& way)
-      : way_(way),
-        far_end_(far_end),
+  Chain(const FarEnd& far_end, const Plan& plan, TimeNs spin_ns)
+      : far_end_(far_end),
         period_ns_(plan.packets * kPacketPeriod),
         frames_({.packets = plan.packets, .period_ns = period_ns_}),
         bus_(&frames_, SerialSettings{.path = far_end.terminal.name()}),
         engine_(frames_, {.period_ns = period_ns_,
-                          .offset_ns = way.offset_ns,
+                          .offset_ns = kOffset,
                           .max_consecutive_overruns = 5,
-                          .actuate_spin_ns = way.spin_ns}) {
+                          .actuate_spin_ns = spin_ns}) {
     deviations_ns_.reserve(static_cast<std::size_t>(plan.frames));
   }
 
   void start() {
     threads_.emplace_back("bus", kBusPriority, measured_cpu(), [this] { bus_.run(); });
     threads_.emplace_back("frame", kFramePriority, measured_cpu(), [this] { frame(); });
-    if (way_.offset_ns != 0) {
-      threads_.emplace_back("actuate", kActuatePriority, measured_cpu(),
-                            [this] { engine_.actuate(release()); });
-    }
+    threads_.emplace_back("actuate", kActuatePriority, measured_cpu(), [this] {
+      engine_.actuate([this](const Order& order) noexcept { bus_.release(order); });
+    });
   }
   void stop() {
-    stop_ = true;
     engine_.stop();
     threads_.pop_back();
-    if (way_.offset_ns != 0) threads_.pop_back();
+    threads_.pop_back();
     bus_.stop();
     threads_.clear();
   }
@@ -183,37 +176,23 @@ class Chain {
   const std::vector<TimeNs>& deviations_ns() const { return deviations_ns_; }
 
  private:
-  std::function<void(const Order&)> release() {
-    return [this](const Order& order) noexcept { bus_.release(order); };
-  }
-  static Order compute(const Boundary& boundary) noexcept {
-    return {static_cast<std::uint8_t>(boundary.frame)};
-  }
   void say(const TimingPoints& timing) noexcept {
     if (!far_end_.counts) {
       if (last_.frame == 0) first_ = timing;
       return;
     }
     if (last_.frame > first_.frame && deviations_ns_.size() < deviations_ns_.capacity())
-      deviations_ns_.push_back(timing.released_ns - last_.boundary_ns - way_.offset_ns);
+      deviations_ns_.push_back(timing.released_ns - last_.boundary_ns - kOffset);
     last_ = timing;
   }
   void frame() noexcept {
-    const auto computed = [](const Boundary& boundary, const Released&, TimingPoints&) noexcept {
-      return compute(boundary);
-    };
-    const auto said = [this](const TimingPoints& timing) noexcept { say(timing); };
-    if (way_.offset_ns != 0) return engine_.frame(computed, said);
-    // Without an offset there is nothing to wait for: the frame thread releases its command itself.
-    auto follower = frames_.follow_frame(0);
-    while (!stop_) {
-      const Boundary boundary = follower.next(0);
-      engine_.begin(boundary, computed, said);
-      engine_.due(boundary, [this](const Order& order) noexcept { bus_.release(order); });
-    }
+    engine_.frame(
+        [](const Boundary& boundary, const Released&, TimingPoints&) noexcept {
+          return Order{static_cast<std::uint8_t>(boundary.frame)};
+        },
+        [this](const TimingPoints& timing) noexcept { say(timing); });
   }
 
-  Way way_;
   const FarEnd& far_end_;
   TimeNs period_ns_;
   SensorFrames frames_;
@@ -221,7 +200,6 @@ class Chain {
   FrameEngine<SensorFrames, Order> engine_;
   TimingPoints first_, last_;  // before the measured part, and at its end
   std::vector<TimeNs> deviations_ns_;
-  std::atomic<bool> stop_{false};
   std::list<Fifo> threads_;
 };
 
@@ -233,14 +211,14 @@ struct Subject {
   std::uint64_t held = 0;  // frames that the clock began, the sensor being late
 };
 struct Outcome {
-  std::vector<Subject> subjects;  // as the ways
+  std::vector<Subject> subjects;  // as kSpins
   Samples echo_us, cyclictest_us;
 };
 
-Subject result(const FarEnd& far_end, const Chain& chain, const Plan& plan, const Way& way) {
+Subject result(const FarEnd& far_end, const Chain& chain, const Plan& plan) {
   Subject s{.latency_us = far_end.latencies_us(), .held = chain.held()};
   for (const double latency : s.latency_us)
-    s.deviation_us.push_back(std::abs(latency - static_cast<double>(way.offset_ns) * 1e-3));
+    s.deviation_us.push_back(std::abs(latency - static_cast<double>(kOffset) * 1e-3));
   for (const TimeNs deviation : chain.deviations_ns())
     s.release_us.push_back(std::abs(static_cast<double>(deviation) * 1e-3));
   const double unanswered = plan.frames - static_cast<double>(s.latency_us.size());
@@ -248,16 +226,16 @@ Subject result(const FarEnd& far_end, const Chain& chain, const Plan& plan, cons
   return s;
 }
 
-// All ways, the echo and cyclictest at once.
-Outcome measure(const Plan& plan, const std::vector<Way>& ways) {
+// The chains, the echo and cyclictest at once.
+Outcome measure(const Plan& plan) {
   const int packets = plan.frames * static_cast<int>(plan.packets);
   Folder folder;
   // Packets and answers of one fall into the gaps of the others.
   const TimeNs begin_ns = now_ns() + 300 * kMillisecond;
   std::list<FarEnd> far_ends;
-  for (std::size_t i = 0; i <= ways.size(); ++i) {
+  for (std::size_t i = 0; i <= std::size(kSpins); ++i) {
     const auto share = [&](TimeNs whole) {
-      return whole * static_cast<TimeNs>(i) / static_cast<TimeNs>(ways.size() + 1);
+      return whole * static_cast<TimeNs>(i) / static_cast<TimeNs>(std::size(kSpins) + 1);
     };
     far_ends.emplace_back(plan,
                           begin_ns + share(kPacketPeriod) + share(plan.packets) * kPacketPeriod);
@@ -274,19 +252,18 @@ Outcome measure(const Plan& plan, const std::vector<Way>& ways) {
   std::list<Chain> chains;
   {
     std::list<Fifo> hardware;
-    for (auto way = ways.begin(); FarEnd & far_end : far_ends) {
+    for (const TimeNs* spin = std::begin(kSpins); FarEnd & far_end : far_ends) {
       // Just before its sensor speaks: else it begins frames by the clock, which is not meant here.
       sleep_until(far_end.begin_ns() - 3 * kMillisecond);
-      if (way != ways.end()) chains.emplace_back(far_end, plan, *way++).start();
+      if (spin != std::end(kSpins)) chains.emplace_back(far_end, plan, *spin++).start();
       hardware.emplace_back("sensor", kHardwarePriority, kHardwareCpu, [&] { far_end.run(); });
     }
   }
   for (Chain& chain : chains) chain.stop();
   Outcome outcome{
       .subjects = {}, .echo_us = echoed.latencies_us(), .cyclictest_us = cyclictest.latencies()};
-  for (auto [way, far_end, chain] = std::tuple(ways.begin(), far_ends.begin(), chains.begin());
-       way != ways.end(); ++way, ++far_end, ++chain)
-    outcome.subjects.push_back(result(*far_end, *chain, plan, *way));
+  for (auto far_end = far_ends.begin(); const Chain& chain : chains)
+    outcome.subjects.push_back(result(*far_end++, chain, plan));
   return outcome;
 }
 
@@ -347,19 +324,12 @@ Figures byte_to_byte(const Options& options) {
                                                              : "";
   const Load load(options.campaign == Campaign::load);
 
-  // The event path needs no campaign: it does not know how many packets made a frame.
-  const Outcome event = measure(few, {{}});
-  const Subject& path = event.subjects.front();
-  const Rounds rounds = side_by_side(path.latency_us, event.echo_us);
-  Figures figures{
-      noted(figure("ii", "byte to byte, event path" + how + ", p50", "us", rounds, median, 1.3),
-            fmt::format("{:.0f} us of it from the bus thread to the release",
-                        median(path.release_us))),
-      figure("ii", "byte to byte, event path" + how + ", p99", "us", rounds, p99, kNone)};
-  if (options.maxima)
-    figures.push_back(most("ii", "byte to byte, event path" + how + ", max", "us", rounds));
-
-  const Outcome offset = measure(plan, {{kOffset, 0}, {kOffset, kSpin}});
+#ifdef LSS_BENCH_TALARIS
+  Figures figures = event_path(options, how);
+#else
+  Figures figures{not_measured("ii", "byte to byte, event path" + how, "TALARIS is not built")};
+#endif
+  const Outcome offset = measure(plan);
   for (const auto& [index, spin] : {std::pair{0, ", asleep"}, {1, ", spin_us = 200"}}) {
     for (Figure& f : with_offset(offset.subjects[static_cast<std::size_t>(index)], offset, plan,
                                  spin + how, options.maxima))

@@ -68,12 +68,13 @@ class Box:
 def box_of(name, bench):
     """Of this machine's Debian, or one whose programs `tools/package --bench` has built."""
     built = os.path.dirname(os.path.dirname(bench))
-    names = ["lss-bench", *REFERENCES]
+    names = ["lss-bench", "lssd", *REFERENCES]
     if name == "amd64":
         image = os.environ.get("LSS_OBC_IMAGE", os.path.join(built, "tests/obc/box/image"))
         references = [os.path.join(built, "tests/bench", reference) for reference in REFERENCES]
-        return Box(name, image, [bench, *references], "/usr/lib/x86_64-linux-gnu", "obc.image",
-                   f"ninja -C {os.path.relpath(built)} lss-bench")
+        lssd = os.path.join(os.path.dirname(bench), "lssd")
+        return Box(name, image, [bench, lssd, *references], "/usr/lib/x86_64-linux-gnu", "obc.image",
+                   f"ninja -C {os.path.relpath(built)} lss-bench lssd")
     folder, root, triplet, words = OTHERS[name]
     return Box(name, os.path.join(built, f"tests/obc/box-{name}/image"),
                [os.path.join(TOP, "build", folder, "bench", program) for program in names],
@@ -81,13 +82,14 @@ def box_of(name, bench):
 
 
 def bring(share, box):
-    """The programs, without what only a debugger needs; those of OTHERS are already so."""
+    """The programs, without what only a debugger needs (those of OTHERS are already so), and a configuration."""
     for path in box.programs:
         copy = os.path.join(share, os.path.basename(path))
         if box.name in OTHERS:
             shutil.copy(path, copy)
         else:
             subprocess.run(["strip", "-o", copy, path], check=True)
+    shutil.copy(os.path.join(TOP, "config/talaris.toml"), share)
 
 
 def bring_libraries(machine, share, box):
@@ -116,6 +118,7 @@ def measure(box, rows, quick):
         machine.wait_for_boot()
         # From its own disk: a page that comes from the host comes when the host likes.
         machine.must("mkdir -p /opt/bench && cp /mnt/host/* /opt/bench")
+        machine.must(f"mkdir -p {TOP}/config && cp /mnt/host/talaris.toml {TOP}/config")
         bring_libraries(machine, share, box)
         machine.must(QUIET)
         machine.must("cd /opt/bench && PATH=$PWD:$PATH LD_LIBRARY_PATH=$PWD ./lss-bench --maxima --json "
