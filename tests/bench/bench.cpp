@@ -67,6 +67,16 @@ Rounds side_by_side(const Samples& subject, const Samples& reference) {
   return rounds;
 }
 
+Cycles with_incomplete(const Samples& newest_us, double period_us) {
+  Cycles all;
+  for (std::size_t i = 1; i < newest_us.size(); ++i) {
+    const bool ended = newest_us[i] != newest_us[i - 1];
+    all.us.push_back(ended ? newest_us[i] : period_us);
+    all.incomplete += ended ? 0 : 1;
+  }
+  return all;
+}
+
 std::string Figure::remark() const {
   if (held_back.empty() || met().value_or(Met::yes) == Met::yes) return note;
   return note + (note.empty() ? "" : "; ") + "bottleneck: " + held_back;

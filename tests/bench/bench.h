@@ -51,6 +51,14 @@ Rounds turn_by_turn(const std::function<Samples()>& subject,
 // of the reference are compared for A/A.
 Rounds side_by_side(const Samples& subject, const Samples& reference);
 
+struct Cycles {
+  Samples us;
+  int incomplete = 0;
+};
+// Of the duration of the newest complete cycle before each release and after the last one. Where it
+// is still that of the cycle before, the cycle did not end, and took at least `period_us`.
+Cycles with_incomplete(const Samples& newest_us, double period_us);
+
 // undecided: the reference differs from itself (A/A) by more than the ratio from its goal.
 enum class Met { no, yes, undecided };
 

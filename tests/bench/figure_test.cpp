@@ -38,6 +38,13 @@ TEST(Domain, OfARunIsItsOwnUntilItEnds) {
   EXPECT_TRUE(domains[0] != domains[1] && domains[1] != domains[2] && domains[2] != domains[0]);
 }
 
+TEST(Cycles, ThatDidNotEndCountAsAWholePeriod) {
+  const Cycles all = with_incomplete({16'900, 17'000, 17'000, 17'000, 17'040}, 20'000);
+  EXPECT_EQ(all.us, (Samples{17'000, 20'000, 20'000, 17'040}));
+  EXPECT_EQ(all.incomplete, 2);
+  EXPECT_EQ(median(all.us), 20'000) << "half of them took longer";
+}
+
 TEST(Figure, WithoutAReferenceOfItsOwnIsJudgedAsItIs) {
   EXPECT_EQ(met(1.039, kNone, 1.05), Met::yes);
   EXPECT_EQ(met(1.051, kNone, 1.05), Met::no);
