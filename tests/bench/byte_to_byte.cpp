@@ -247,7 +247,8 @@ Outcome measure(const Plan& plan) {
                folder / "echo.log");
   if (!eventually([&] { return echo.said("ready"); }))
     throw NotHere("the echo program does not run");
-  Cyclictest cyclictest(kFramePriority, kPacketPeriod, packets, measured_cpu(),
+  // At the priority of the releases, so that the chains do not delay it more than each other.
+  Cyclictest cyclictest(kActuatePriority, kPacketPeriod, packets, measured_cpu(),
                         Cyclictest::Unit::microseconds);
   std::list<Chain> chains;
   {
@@ -279,12 +280,16 @@ class Load {
   std::list<Process> work_;
 };
 
+// In a machine that counts instructions no other program spreads or delays anything.
+constexpr double kSigma_us = 60, kSigmaInMachine_us = 5, kMaximumInMachine = 1.2;
+
 Figures with_offset(const Subject& s, const Outcome& outcome, const Plan& plan,
                     const std::string& how, bool maxima) {
   const std::string frames = fmt::format("{} frames of {} packets, offset {} ms", plan.frames,
                                          plan.packets, kOffset / kMillisecond);
   Figure spread = figure("ii", "byte to byte - offset" + how + ", sigma", "us",
-                         side_by_side(s.latency_us, outcome.echo_us), sigma, 60);
+                         side_by_side(s.latency_us, outcome.echo_us), sigma,
+                         maxima ? kSigmaInMachine_us : kSigma_us);
   spread.absolute = true;
   spread.value = sigma(s.latency_us);  // of all, not of a part
   const auto over = static_cast<double>(std::ranges::count_if(
@@ -304,10 +309,13 @@ Figures with_offset(const Subject& s, const Outcome& outcome, const Plan& plan,
               "of {}, {} begun by the clock; reference: cyclictest later than the offset, of {}",
               plan.frames, s.held, cycles))};
   if (maxima) {
+    figures.back() = to_be_none(figures.back());
     figures.push_back(most("ii", "byte to byte - offset" + how + ", max", "us",
                            side_by_side(s.deviation_us, outcome.echo_us)));
-    figures.push_back(most("ii", "release - (T_k + offset)" + how + ", max", "us",
-                           side_by_side(s.release_us, outcome.cyclictest_us)));
+    figures.push_back(noted(most("ii", "release - (T_k + offset)" + how + ", max", "us",
+                                 side_by_side(s.release_us, outcome.cyclictest_us)),
+                            "reference: cyclictest"));
+    figures.back().goal = kMaximumInMachine;
   }
   return figures;
 }
@@ -317,8 +325,10 @@ Figures with_offset(const Subject& s, const Outcome& outcome, const Plan& plan,
 Figures byte_to_byte(const Options& options) {
   prepare_real_time();
   const bool campaign = options.campaign != Campaign::none;
-  const Plan few{.frames = options.count(1000, 50), .packets = 4};
-  const Plan plan = campaign ? Plan{.frames = 3034, .packets = 40} : few;
+  // In the deterministic machine as in the thesis, too: its time costs little.
+  const Plan plan = campaign || (options.maxima && !options.quick)
+                        ? Plan{.frames = 3034, .packets = 40}
+                        : Plan{.frames = options.count(1000, 50), .packets = 4};
   const std::string how = options.campaign == Campaign::load ? ", loaded"
                           : campaign                         ? ", idle"
                                                              : "";
