@@ -104,6 +104,7 @@ Figures byte_to_byte(const Options& options);
 Figures event_path(const Options& options, const std::string& how);  // where TALARIS is built
 Figures sync_deviation(const Options& options);                      // where Ardito is built
 Figures command_to_ack(const Options& options);
+Figures estop_call(const Options& options);
 Figures telemetry_cost(const Options& options);
 Figures leg_bus_cycle(const Options& options);
 Figures can_cycle(const Options& options);  // where Ardito is built

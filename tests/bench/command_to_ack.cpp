@@ -1,8 +1,13 @@
 // Row iii: a command from a client to its acknowledgement by the daemon, against an echo in plain C
 // on the same topics with the same client, and against ddsperf; and a whole call of lss-cli against
-// the least client in C. Over loopback UDP, as the control plane always goes.
+// the least client in C (of estop: estop_call.cpp). Over loopback UDP, as the control plane always
+// goes.
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cstdlib>
+#include <iterator>
 
 #include "idl/commands.h"
 #include "tests/bench/clients.h"
@@ -79,6 +84,15 @@ Figures command_to_ack(const Options& options) {
       held_back(noted(figure("iii", "whole call of lss-cli, p50", "ms", whole, median, 1.5),
                       "stop --dry-run --vehicle; reference: the same by the client in C"),
                 "waits for the vehicle's status, and for the match of its two writers"));
+  try {
+    std::ranges::move(estop_call(options), std::back_inserter(figures));
+  } catch (const NotHere& why) {
+    figures.push_back(not_measured("iii", "lss-cli estop", why.what()));
+  } catch (const std::exception& why) {  // no reason to lose the others
+    fmt::print(stderr, "row iii failed: {}\n", why.what());
+    figures.push_back(not_measured("iii", "lss-cli estop", why.what()));
+    figures.back().failed = true;
+  }
   return figures;
 }
 

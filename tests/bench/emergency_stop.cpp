@@ -28,16 +28,7 @@ bool is_all_shut(std::uint32_t id, std::span<const std::uint8_t> data) {
 #endif
 
 std::vector<Stoppable> vehicles() {
-  std::vector<Stoppable> all;
-  all.push_back({.name = "zebro",
-                 .start = {0, 1, 0, 2},
-                 .mode = "Holding",
-                 .then = 0,
-                 .parameters = {},
-                 .config = {},
-                 .is_stop = nullptr,
-                 .frame_ns = 20 * kMillisecond,
-                 .echoed = "3A303030363030303030303030303030303030303046410A"});
+  std::vector<Stoppable> all{lunar_zebro()};
 #ifdef LSS_BENCH_ARDITO
   all.push_back({.name = "ardito",
                  .start = {},

@@ -38,6 +38,18 @@ bool is_begun(lss_Phase phase) {
 
 }  // namespace
 
+Stoppable lunar_zebro() {
+  return {.name = "zebro",
+          .start = {0, 1, 0, 2},
+          .mode = "Holding",
+          .then = 0,
+          .parameters = {},
+          .config = {},
+          .is_stop = nullptr,
+          .frame_ns = 20 * kMillisecond,
+          .echoed = "3A303030363030303030303030303030303030303046410A"};
+}
+
 StopClient::StopClient(int domain, const std::string& vehicle_id)
     : participant_(value(dds::Participant::create({.domain = domain}))),
       listener_(dds_create_listener(this)),
@@ -253,8 +265,27 @@ Samples StopDaemon::stops_us(int count) {
     const TimeNs sent_ns =
         client_->stop([&] { return line_->stopped_ns() != 0 && client_->completed(seq); });
     times.push_back(static_cast<double>(line_->stopped_ns() - sent_ns) * 1e-3);
-    if (!eventually([&] { return client_->status().state == lss_STATE_FATAL_ERROR; }))
-      throw std::runtime_error(std::string(vehicle_.name) + " completed a stop and is not stopped");
+    expect_stopped();
+  }
+  return times;
+}
+
+void StopDaemon::expect_stopped() {
+  if (!eventually([&] { return client_->status().state == lss_STATE_FATAL_ERROR; }))
+    throw std::runtime_error(std::string(vehicle_.name) + " completed a stop and is not stopped");
+}
+
+Samples StopDaemon::calls_ms(const std::vector<std::string>& words, int count) {
+  Samples times;
+  for (int i = 0; i < count; ++i) {
+    line_->expect(moving());
+    Process call(words, folder_ / "call.log", {loopback()});
+    if (call.wait() != 0)
+      throw std::runtime_error(words.front() + " failed: " + read_file(folder_ / "call.log"));
+    if (!eventually([&] { return line_->stopped_ns() != 0; }))
+      throw std::runtime_error(words.front() + " stopped nothing");
+    times.push_back(static_cast<double>(line_->stopped_ns() - call.started_ns()) * 1e-6);
+    expect_stopped();
   }
   return times;
 }

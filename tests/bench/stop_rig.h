@@ -1,7 +1,7 @@
 #pragma once
 
-// Row xiii: a client that stops a vehicle, the real daemon with its simulated vehicle and a line
-// between them, the echo, and the load on either.
+// Rows iii and xiii: a client that stops a vehicle, the real daemon with its simulated vehicle and
+// a line between them, the echo, and the load on either.
 
 #include <memory>
 #include <mutex>
@@ -27,6 +27,8 @@ struct Stoppable {
   TimeNs frame_ns;
   const char* echoed;  // the stop as it is on the line, hexadecimal
 };
+
+Stoppable lunar_zebro();
 
 // A participant of its own that commands one vehicle.
 class StopClient {
@@ -84,6 +86,8 @@ class StopDaemon : public StopSubject {
  public:
   StopDaemon(const Stoppable& vehicle, int domain);
   Samples stops_us(int count) override;
+  // Stops by a program, from exec to the first byte of the stop on the line.
+  Samples calls_ms(const std::vector<std::string>& words, int count);
   // Since the last call.
   struct Late {
     std::uint64_t frames = 0, late = 0;
@@ -100,6 +104,7 @@ class StopDaemon : public StopSubject {
   void start_daemon(int domain);
   void begin_motion();
   TimeNs moving();
+  void expect_stopped();
 
   const Stoppable& vehicle_;
   Folder folder_;
