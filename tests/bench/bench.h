@@ -98,6 +98,17 @@ struct NotHere : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// Of this build, as in config/NAME.toml.
+inline constexpr const char* kVehicles[] = {
+    "zebro",
+#ifdef LSS_BENCH_ARDITO
+    "ardito",
+#endif
+#ifdef LSS_BENCH_TALARIS
+    "talaris",
+#endif
+};
+
 using Figures = std::vector<Figure>;
 Figures wake_up(const Options& options);
 Figures byte_to_byte(const Options& options);

@@ -54,7 +54,7 @@ constexpr Row kRows[] = {
     {"vii", "mathematics of a frame", frame_mathematics},
     {"viii", "state space of the locomotion controller", state_space},
     {"ix", "memory and steadiness", memory},
-    {"x", "exec to READY", time_to_ready},
+    {"x", "death of the daemon, and exec to READY", time_to_ready},
     {"xi", "edge at an absolute time", edge_error},
     {"xii", "simulation against the wall-clock", simulation_speed},
     {"xiii", "emergency stop to the bus, also under a flood", emergency_stop},
