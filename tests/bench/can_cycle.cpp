@@ -293,7 +293,7 @@ Figures can_cycle(const Options& options) {
   }
   const int all = kRounds * cycles;
   Figures figures{
-      noted(figure("vi", "cycle besides waiting, p50", "us", whole, median, 1.15),
+      noted(figure("vi", "cycle besides waiting, p50", "us", whole, median, 1.10),
             fmt::format("{}, {} cycles of 100 ms: SYNC, {} measurements, {} orders; reference: a "
                         "raw program",
                         interface, all, kMeasurements, kOrders.size())),

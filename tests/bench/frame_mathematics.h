@@ -16,6 +16,8 @@ std::function<Samples()> ardito_frame(const Options& options);
 
 // TALARIS: one frame of navigation, 40 samples of the IMU and two ranges, ns.
 std::function<Samples()> talaris_navigation(const Options& options);
+// The same with both IMUs and control allocation.
+std::function<Samples()> talaris_whole(const Options& options);
 // One frame of navigation with so many samples of the IMU, of so many recorded frames.
 double talaris_frame_us(int imu_samples, int frames);
 // The same filter, dense.

@@ -1,7 +1,10 @@
 // TALARIS' navigation for row vii: one frame of 200 ms, 40 samples of the IMU and two ranges, again
-// and again with nothing in between; and the same filter written densely.
+// and again with nothing in between; the same with a second IMU and control allocation, as after
+// the failure of a valve and a fan; and the same filter written densely.
 
 #include "daemon/runtime/clock.h"
+#include "daemon/vehicles/talaris/standby_imu.h"
+#include "gnc/talaris/allocation.h"
 #include "gnc/talaris/navigation.h"
 #include "tests/bench/frame_mathematics.h"
 #include "tests/talaris/gnc/flown.h"
@@ -82,7 +85,85 @@ Samples dense_ns(const Recorded& recorded) {
   return {static_cast<double>(now_ns() - begin) / static_cast<double>(recorded.frames.size())};
 }
 
+// What flight_failed.cpp asks in a frame, with another thrust in each.
+class Allocated {
+ public:
+  Allocated() {
+    constexpr double kValveCost = 5e-6, kFanCost = 5e-5, kFan_N = 100;
+    constexpr Eigen::Index kFirstFan = 8, kShut = 2;
+    problem_.effect = effect_of(Thrusters{}, Fans{});
+    problem_.weight << 5e-4, 5e-5, 0.05, 1, 1;
+    for (Eigen::Index i = 0; i < kActuators; ++i) {
+      problem_.most[i] = i < kFirstFan ? Thrusters{}.force_N : kFan_N;
+      problem_.cost[i] = i < kFirstFan ? kValveCost : kFanCost;
+    }
+    problem_.most[kShut] = problem_.most[kFirstFan] = 0;  // a valve stuck shut, a fan dead
+  }
+  // The equilibrium, the frame, and again with pulses that are possible.
+  void frame(std::size_t number) {
+    const double wave = static_cast<double>(number % 16) / 8 - 1;
+    problem_.wanted << 420 + 40 * wave, 10 * wave, 2 * wave, 12 * wave, -8 * wave;
+    for (int i = 0; i < 3; ++i) problem_.preferred = allocate(problem_).force_N;
+    keep(&problem_);
+  }
+
+ private:
+  AllocationProblem problem_;
+};
+
+// With a second IMU of half the rate.
+class Whole {
+ public:
+  explicit Whole(int count) : recorded_(kLearnt + count), standby_(lss::talaris::Parameters{}) {
+    for (const Frame& f : recorded_.frames) {
+      std::vector<Packet>& second = second_.emplace_back();
+      for (std::size_t i = 1; i < f.imu.size(); i += 2) {
+        Packet& packet = second.emplace_back();
+        packet.time_ns = f.imu[i].time_ns;
+        std::ranges::copy(f.imu[i].rate_B_rad_s, packet.imu.rate_rad_s.begin());
+        std::ranges::copy(f.imu[i].force_B_m_s2, packet.imu.force_m_s2.begin());
+      }
+    }
+  }
+
+  Samples frame_ns() const {
+    lss::talaris::StandbyImu standby = standby_;
+    Navigation navigation = recorded_.begin;
+    Allocated allocated;
+    TimeNs begin = 0;
+    std::span<const ImuSample> before;
+    for (std::size_t i = 0; i < recorded_.frames.size(); ++i) {
+      if (i == kLearnt) begin = now_ns();
+      const Frame& f = recorded_.frames[i];
+      standby.begin(f.end_ns, before, i < kLearnt);
+      for (const Packet& packet : second_[i]) standby.take(packet.imu, packet.time_ns);
+      navigation.step({standby.with(f.imu), f.ranges, f.end_ns});
+      keep(&navigation);
+      allocated.frame(i);
+      before = f.imu;
+    }
+    const auto ns = static_cast<double>(now_ns() - begin);
+    if (!standby.heard() || !navigation.state().valid)
+      throw std::runtime_error("TALARIS' navigation did not use what it got");
+    return {ns / static_cast<double>(recorded_.frames.size() - kLearnt)};
+  }
+
+ private:
+  static constexpr int kLearnt = 30;  // frames, until the difference of both is known
+  struct Packet {
+    TimeNs time_ns = 0;
+    lss::talaris::ImuPacket imu;
+  };
+  Recorded recorded_;
+  lss::talaris::StandbyImu standby_;
+  std::vector<std::vector<Packet>> second_;
+};
+
 }  // namespace
+
+std::function<Samples()> talaris_whole(const Options& options) {
+  return [whole = Whole(options.count(2'000, 100))] { return whole.frame_ns(); };
+}
 
 std::function<Samples()> talaris_navigation(const Options& options) {
   return [recorded = Recorded(options.count(2'000, 100))] { return sparse_ns(recorded); };
