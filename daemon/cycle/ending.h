@@ -1,7 +1,7 @@
 #pragma once
 
-// When the daemon may end after it was told to. In every frame until then the supervisor stops the
-// vehicle (Supervisor::shut_down). Pure; time is data.
+// When the daemon may end after the order to end. In every frame until then the supervisor stops
+// the vehicle (Supervisor::shut_down). Pure; time is data.
 
 #include <cstdint>
 

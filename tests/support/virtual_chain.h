@@ -164,8 +164,8 @@ class VirtualChain {
   std::uint32_t lease_ms = 0;                   // of commands
   void heartbeat(bool on) { heartbeat_ = on; }  // of "test", five times a second; on at first
 
-  // The daemon is told to end, as Runtime::stop() in daemon/app/runtime.h: until the frame after
-  // which it does.
+  // The daemon gets the order to end, as Runtime::stop() in daemon/app/runtime.h: until the frame
+  // after which it does.
   void shut_down() {
     in_.shut_down = true;
     const Ending ending(cycles_, now_ns_);
