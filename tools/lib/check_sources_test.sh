@@ -22,6 +22,9 @@ SOURCE
   echo '#include <dds/dds.h>' > "$tree/daemon/publish/face.cpp"
   echo '#include <zebro_fields.h>' > "$tree/daemon/vehicles/zebro/vehicle.h"
   echo '#include "daemon/cycle/x.h"' > "$tree/daemon/publish/main.cpp"
+  mkdir -p "$tree/tests/e2e"
+  echo 'lss_e2e(walk Walk it_walks 60)' > "$tree/tests/e2e/CMakeLists.txt"
+  echo '    def test_it_walks(self):' > "$tree/tests/e2e/test_walk.py"
   printf '%s\n' '#include "tools/lss-sim/zebro/vehicle.h"' 'TEST(Gait, ANewTendency) { told("octet"); }' > "$tree/tests/zebro/sim_test.cpp"
 }
 
@@ -76,6 +79,7 @@ for line in 'TEST(Gait, TellsItsRhythm) {' 'TEST_F(Gait, IsTold) {' 'TYPED_TEST_
             'RC_GTEST_PROP(Gait, WhateverItIs, ()) {'; do
   plant tests/zebro/bad.cpp "$line" 'a name of a test without Told'
 done
+plant tests/e2e/test_walk.py '    def test_it_stops(self):' 'is in its CMakeLists.txt'
 plant tests/zebro/test_bad.py '    def test_a_cut_bus_is_mended(self):' 'a name of a test without told'
 plant daemon/cycle/bad.cpp '#include "tools/lss-sim/zebro/vehicle.h"' 'nothing but tools and tests'
 plant daemon/cycle/bad.cpp '#include "tests/zebro/x.h"' 'nothing includes tests'
