@@ -53,6 +53,12 @@ Client::Line line_of(const lws_protocols* protocol) {
   return name == kFoxglove || name == kFoxgloveSdk ? Client::Line::foxglove : Client::Line::data;
 }
 
+// As whom we run; int or unsigned, as the version of libwebsockets has it.
+void keep_user(lws_context_creation_info& info) {
+  info.gid = static_cast<decltype(info.gid)>(-1);
+  info.uid = static_cast<decltype(info.uid)>(-1);
+}
+
 }  // namespace
 
 struct Server::Impl {
@@ -248,7 +254,7 @@ tl::expected<std::unique_ptr<Server>, std::string> Server::create(const ServerOp
   lws_context_creation_info info{};
   info.options = LWS_SERVER_OPTION_EXPLICIT_VHOSTS;
   info.user = impl.get();
-  info.gid = info.uid = -1;
+  keep_user(info);
   impl->context = lws_create_context(&info);
   if (impl->context == nullptr)
     return tl::unexpected(std::string("the server cannot be made: out of memory?"));
@@ -267,7 +273,7 @@ tl::expected<std::unique_ptr<Server>, std::string> Server::create(const ServerOp
   vhost.server_string = "lss-ground";
   vhost.timeout_secs = vhost.timeout_secs_ah_idle = kHandshake_s;
   vhost.retry_and_idle_policy = &impl->keep_alive;
-  vhost.gid = vhost.uid = -1;
+  keep_user(vhost);
   if (!options.certificate.empty()) {
     vhost.options |= LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT;
     vhost.ssl_cert_filepath = impl->options.certificate.c_str();
