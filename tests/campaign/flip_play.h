@@ -1,11 +1,13 @@
 #pragma once
 
 // The flips of flips.h on a World of play.h: one run goes through the scenario; at each drawn
-// moment a copy of it has one bit flipped and goes on to the end alone.
+// moment a copy of it has one bit flipped, at once or in a thread's work that follows, and goes on
+// to the end alone.
 
 #include <algorithm>
 #include <bit>
 #include <functional>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -31,8 +33,10 @@ class Flips {
   static constexpr unsigned kOfAScenario = 2000;
   static constexpr int kGrid_ms = 10;  // shorter than every frame
   static constexpr double kDetection_s = 1, kAll_s = World::kFlips_s + World::kAfter_s;
-  static constexpr unsigned kCpu_s = 20;
+  static constexpr unsigned kCpu_s = 20, kCpuOfThreads_s = 60;
   static constexpr double kProgramShare = 0.2;
+  // Of the buses so many follow a moment, which is some turns; of the frame all of one period do.
+  static constexpr Instructions kMost = {20'000'000, 20'000};
 
   // The run ends a pass at each flip and at each step of a grid, the same with and without a flip:
   // a pass that ends elsewhere may shift a turn of a bus by a nanosecond. What came out by then:
@@ -44,6 +48,7 @@ class Flips {
     double at_s = 0;
     const FlipPart* part = nullptr;
     std::uint64_t bit = 0;
+    std::optional<Hit> hit{};  // of a thread: instead of `bit`
   };
   struct Live {
     explicit Live(unsigned seed, bool protect) : dice(seed), world(seed, dice) {
@@ -74,21 +79,7 @@ class Flips {
   void scenario(unsigned seed) {
     Live live(seed, plan_.protect);
     if (!live.world.begin_flips(live.dice)) return;
-    parts_.clear();
-    all_parts_.clear();
-    counts_.bytes.clear();
-    for (const auto& [name, bytes] : live.world.chain.memory()) {
-      all_parts_.push_back({name, bytes});
-      if (!plan_.part.empty() && plan_.part != "state" && plan_.part != name) continue;
-      parts_.push_back({name, bytes});
-      counts_.bytes[name] += bytes.size();
-    }
-    if (parts_.empty()) throw std::invalid_argument(unknown_part());
-    reports_ = live.world.chain.memory_of_reports();
-    std::vector<Bytes> undecisive = reports_;
-    if (plan_.protect) undecisive.push_back(live.world.chain.second_copies());
-    decisive_.clear();
-    for (const FlipPart& part : all_parts_) add_decisive(part.bytes, undecisive);
+    list_parts(live);
     const std::vector<Flip> flips = draw(live.dice);
     ends_s_.clear();
     for (const Flip& flip : flips) ends_s_.push_back(flip.at_s);
@@ -109,14 +100,77 @@ class Flips {
 
     for (const Flip& flip : flips) {
       while (live.now_s < flip.at_s) live.pass(ends_s_);
-      count(flip, in_a_copy([&] { return hit(live, flip); }, kCpu_s), live);
+      const FlipResult result =
+          in_a_copy([&] { return play_on(live, flip); }, flip.hit ? kCpuOfThreads_s : kCpu_s);
+      if (flip.hit && !struck().happened)
+        throw std::runtime_error("a thread executed fewer instructions than before");
+      count(flip, result, live);
     }
+  }
+
+  // Of the running scenario: its parts, what is hit of them, and what is compared.
+  void list_parts(Live& live) {
+    auto& chain = live.world.chain;
+    parts_.clear();
+    all_parts_.clear();
+    counts_.bytes.clear();
+    const bool state = plan_.part.empty() || plan_.part == "state";
+    const auto list = [&](const auto& given, FlipPart::Kind kind) {
+      for (const auto& [name, bytes] : given) {
+        all_parts_.push_back({name, bytes, kind});
+        if (plan_.part != name && !(state && kind == FlipPart::state)) continue;
+        parts_.push_back(all_parts_.back());
+        counts_.bytes[name] += bytes.size();
+      }
+    };
+    list(chain.memory(), FlipPart::state);
+    list(chain.more_memory(), FlipPart::more);
+    drawn_ = plan_.part == "registers" ? all_registers() : register_bits(plan_.part);
+    const bool stack = plan_.part == "stack" && all_registers().count != 0;
+    if (drawn_.count != 0 || stack) {
+      for (const DaemonThread thread : kDaemonThreads)
+        parts_.push_back({(stack ? "stack, " : "registers, ") + name_of(thread),
+                          {},
+                          FlipPart::of_thread,
+                          thread});
+      counts_.instructions = instructions_of_a_period(live);
+    }
+    if (parts_.empty()) throw std::invalid_argument(unknown_part());
+
+    reports_ = chain.memory_of_reports();
+    std::vector<Bytes> undecisive = reports_;
+    if (plan_.protect) undecisive.push_back(chain.second_copies());
+    decisive_.clear();
+    const bool all = parts_.front().kind != FlipPart::state;
+    for (const FlipPart& part : all_parts_)
+      if (all || part.kind == FlipPart::state) add_decisive(part.bytes, undecisive);
+  }
+
+  static std::string name_of(DaemonThread thread) {
+    return kDaemonThreadNames[static_cast<std::size_t>(thread)];
+  }
+
+  Instructions instructions_of_a_period(Live& live) {
+    const std::vector<std::uint64_t> told = told_by_a_copy([&] {
+      auto& chain = live.world.chain;
+      // And a little more: a vehicle's own clock may begin its frames.
+      const double period_s = 1.02e-9 * static_cast<double>(chain.config().period_ns);
+      const Instructions all = count_instructions([&] { chain.run(period_s); }, kMost);
+      return std::vector<std::uint64_t>(all.begin(), all.end());
+    });
+    Instructions all{};
+    std::ranges::copy(told, all.begin());
+    if (std::ranges::find(all, 0u) != all.end())
+      throw std::runtime_error("this computer does not stop after each instruction");
+    all[0] += all[0] / 10;  // later frames are a little longer
+    return all;
   }
 
   std::string unknown_part() const {
     std::string names = "state";
     for (const FlipPart& part : all_parts_)
       if (names.find(part.name) == names.npos) names += ", " + part.name;
+    if (all_registers().count != 0) names += ", stack, registers, or one of them (rip)";
     return "--part: no \"" + plan_.part + "\" here; there are: " + names;
   }
 
@@ -150,6 +204,11 @@ class Flips {
     done_ += static_cast<unsigned>(flips.size());
     for (Flip& flip : flips) {
       flip.at_s = dice.between(0, World::kFlips_s);
+      if (parts_.front().kind == FlipPart::of_thread) {
+        flip.part = &dice.one_of(parts_);
+        flip.hit = draw_hit(dice, flip.part->thread);
+        continue;
+      }
       const auto& parts =
           plan_.part.empty() && dice.chance(kProgramShare) ? program_parts() : parts_;
       std::uint64_t bytes = 0;
@@ -163,21 +222,42 @@ class Flips {
     return flips;
   }
 
-  FlipResult hit(Live& live, const Flip& flip) {
+  Hit draw_hit(Dice& dice, DaemonThread thread) {
+    const auto most = static_cast<double>(counts_.instructions[static_cast<std::size_t>(thread)]);
+    Hit hit{.thread = thread, .stack = drawn_.count == 0};
+    hit.instruction = static_cast<std::uint64_t>(dice.between(0, most));
+    const auto bits = static_cast<int>(hit.stack ? 8 : drawn_.count);
+    hit.bit = drawn_.first + static_cast<std::uint64_t>(dice.whole(0, bits - 1));
+    hit.place = dice.between(0, 1);
+    return hit;
+  }
+
+  FlipResult play_on(Live& live, const Flip& flip) {
     Rules<World> rules;
     bool broken = false;
     const auto look = [&] { rules.look(live.world, [&](const std::string&) { broken = true; }); };
     look();
-    campaign::flip(flip.part->bytes, flip.bit);
-    const bool compares = !flip.part->program && !plan_.to_the_end &&
-                          std::ranges::none_of(reports_, [&](const Bytes& bytes) {
-                            return within(&flip.part->bytes[flip.bit / 8], bytes);
-                          });
+    const std::uint64_t modes = processor_modes();
+    if (flip.hit) {
+      expect(*flip.hit);
+    } else {
+      campaign::flip(flip.part->bytes, flip.bit);
+    }
+    const auto in_reports = [&](const Bytes& bytes) {
+      return !flip.hit && within(&flip.part->bytes[flip.bit / 8], bytes);
+    };
+    const bool compares = flip.part->kind != FlipPart::program && !plan_.to_the_end &&
+                          std::ranges::none_of(reports_, in_reports);
     constexpr double kNever_s = 1e9;
     double other_s = kNever_s, alarm_s = kNever_s;
     for (unsigned passes = 1; live.at < ends_s_.size() && !broken; ++passes) {
       const Slice& expected = reference_[live.at];
       const Slice slice = live.pass(ends_s_);
+      if (flip.hit && !struck().happened) {
+        passes = 0;
+        continue;
+      }
+      if (flip.hit) allow_cpu();
       look();
       if (slice.sent != expected.sent) other_s = std::min(other_s, live.now_s);
       if (slice.alarms > expected.alarms) alarm_s = std::min(alarm_s, live.now_s);
@@ -185,7 +265,8 @@ class Flips {
       const bool now = std::has_single_bit(passes) || passes % 64 == 0;
       if (compares && now && slice.sent == expected.sent &&
           (alarm_s != kNever_s || series() == expected.series) &&
-          live.world.chain.second_copies_agree() && memory() == expected.memory)
+          live.world.chain.second_copies_agree() && memory() == expected.memory &&
+          processor_modes() == modes)
         break;
     }
     if (broken) return {FlipOutcome::unsafe};
@@ -199,21 +280,27 @@ class Flips {
   void count(const Flip& flip, const FlipResult& result, Live& live) {
     const auto outcome = static_cast<std::size_t>(result.outcome);
     const FlipPart& part = *flip.part;
-    const std::string where = part.program ? "program" : part.name;
-    ++counts_.parts[where][outcome];
-    ++(part.program ? counts_.program : counts_.state)[outcome];
+    const bool program = part.kind == FlipPart::program;
+    ++counts_.parts[program ? "program" : part.name][outcome];
+    if (program) ++counts_.program[outcome];
+    if (part.kind == FlipPart::state) ++counts_.state[outcome];
     counts_.slowest_detection_s = std::max(counts_.slowest_detection_s, result.detected_s);
     counts_.simulated_s += kAll_s - live.now_s;
+    if (result.hung) ++counts_.hung[program ? "program" : part.name];
     if (result.outcome == FlipOutcome::none) return;
-    const std::uint64_t byte = flip.bit / 8;
-    ++counts_
-          .places[part.program ? part.name
-                               : live.world.chain.member_at(part.name, &part.bytes[byte])][outcome];
+    const auto at = [&](const std::string& place) { ++counts_.places[place][outcome]; };
+    if (flip.hit) {
+      at(part.name + " in " + function_at(struck().instruction));
+      if (!flip.hit->stack) at(part.name + ": " + register_of(flip.hit->bit));
+    } else {
+      at(program ? part.name : live.world.chain.member_at(part.name, &part.bytes[flip.bit / 8]));
+    }
   }
 
   FlipPlan plan_;
   unsigned done_ = 0;
-  std::vector<FlipPart> parts_, all_parts_;  // of the running scenario: to be hit, and all
+  std::vector<FlipPart> parts_, all_parts_;  // of the running scenario: to be hit, and all bytes
+  RegisterBits drawn_;                       // that are hit
   std::vector<Bytes> reports_, decisive_;    // of all
   std::vector<double> ends_s_;               // of its passes
   std::vector<Slice> reference_;

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <signal.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -21,6 +22,7 @@ namespace lss::campaign {
 namespace {
 
 constexpr double kZ95 = 1.959964;
+constexpr unsigned kWall = 10;  // seconds for each second of CPU, beside other programs
 
 bool of_the_daemon(std::string_view name) {
   for (const std::string_view what : {"vtable for ", "guard variable for ", "typeinfo for "})
@@ -35,6 +37,7 @@ bool of_the_daemon(std::string_view name) {
          own.find("CLI::") == own.npos;
 }
 
+// All of this program.
 std::vector<FlipPart> read_symbols() {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> pipe(
       popen("nm -SC --defined-only /proc/$PPID/exe", "r"), pclose);
@@ -47,10 +50,10 @@ std::vector<FlipPart> read_symbols() {
     if (std::sscanf(line.data(), "%lx %lx %c %n", &address, &size, &type, &name_at) != 3) continue;
     std::string name(&line[static_cast<std::size_t>(name_at)]);
     while (!name.empty() && name.back() == '\n') name.pop_back();
-    if (std::strchr("tTwWvVrRdDbBu", type) == nullptr || !of_the_daemon(name)) continue;
+    if (std::strchr("tTwWvVrRdDbBu", type) == nullptr) continue;
     auto* at = reinterpret_cast<std::uint8_t*>(const_cast<char*>(&__executable_start) +
                                                address);  // linked at 0
-    all.push_back({name, {at, size}, true});
+    all.push_back({name, {at, size}, FlipPart::program});
   }
   if (all.empty())
     throw std::runtime_error(
@@ -58,9 +61,17 @@ std::vector<FlipPart> read_symbols() {
   return all;
 }
 
+const std::vector<FlipPart>& symbols() {
+  static const std::vector<FlipPart> all = read_symbols();
+  return all;
+}
+
 // What a copy of this process writes into its pipe; empty when it fails.
-std::vector<std::uint8_t> copy(const std::function<std::vector<std::uint8_t>()>& run,
-                               unsigned cpu_s) {
+struct Copied {
+  std::vector<std::uint8_t> bytes;
+  bool hung = false;
+};
+Copied copy(const std::function<std::vector<std::uint8_t>()>& run, unsigned cpu_s) {
   int ends[2];
   std::fflush(nullptr);
   if (pipe(ends) != 0) throw std::runtime_error("no pipe");
@@ -75,6 +86,7 @@ std::vector<std::uint8_t> copy(const std::function<std::vector<std::uint8_t>()>&
     setrlimit(RLIMIT_CORE, &no_core);
     setrlimit(RLIMIT_CPU, &cpu);
     setrlimit(RLIMIT_AS, &memory);
+    alarm(kWall * cpu_s);  // it may also wait for something that never comes
     try {
       const std::vector<std::uint8_t> result = run();
       for (std::size_t at = 0; at < result.size();) {
@@ -88,14 +100,16 @@ std::vector<std::uint8_t> copy(const std::function<std::vector<std::uint8_t>()>&
     _exit(0);
   }
   close(ends[1]);
-  std::vector<std::uint8_t> result;
+  Copied result;
   std::array<std::uint8_t, 4096> some;
   for (ssize_t got; (got = read(ends[0], some.data(), some.size())) > 0;)
-    result.insert(result.end(), some.begin(), some.begin() + got);
+    result.bytes.insert(result.bytes.end(), some.begin(), some.begin() + got);
   close(ends[0]);
   int status = 0;
   waitpid(child, &status, 0);
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) result.clear();
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) result.bytes.clear();
+  for (const int limit : {SIGPROF, SIGXCPU, SIGKILL, SIGALRM})
+    result.hung |= WIFSIGNALED(status) && WTERMSIG(status) == limit;
   return result;
 }
 
@@ -127,8 +141,20 @@ std::string row(const std::string& name, const std::string& bytes, const FlipTal
 }  // namespace
 
 const std::vector<FlipPart>& program_parts() {
-  static const std::vector<FlipPart> parts = read_symbols();
+  static const std::vector<FlipPart> parts = [] {
+    std::vector<FlipPart> all = symbols();
+    std::erase_if(all, [](const FlipPart& part) { return !of_the_daemon(part.name); });
+    return all;
+  }();
   return parts;
+}
+
+std::string function_at(std::uintptr_t instruction) {
+  for (const FlipPart& part : symbols()) {
+    const auto begin = reinterpret_cast<std::uintptr_t>(part.bytes.data());
+    if (instruction >= begin && instruction < begin + part.bytes.size()) return part.name;
+  }
+  return "a library";
 }
 
 void flip(std::span<std::uint8_t> bytes, std::uint64_t bit) {
@@ -143,28 +169,28 @@ void flip(std::span<std::uint8_t> bytes, std::uint64_t bit) {
 }
 
 FlipResult in_a_copy(const std::function<FlipResult()>& run, unsigned cpu_s) {
-  const std::vector<std::uint8_t> bytes = copy(
+  const auto [bytes, hung] = copy(
       [&] {
         const FlipResult result = run();
         return as_bytes(&result, 1);
       },
       cpu_s);
-  FlipResult result;
+  FlipResult result{.hung = hung};
   if (bytes.size() == sizeof result) std::memcpy(&result, bytes.data(), sizeof result);
   return result;
 }
 
 std::vector<std::uint64_t> told_by_a_copy(const std::function<std::vector<std::uint64_t>()>& run) {
   constexpr unsigned kCpu_s = 600;
-  const std::vector<std::uint8_t> bytes = copy(
+  const Copied copied = copy(
       [&] {
         const std::vector<std::uint64_t> all = run();
         return as_bytes(all.data(), all.size());
       },
       kCpu_s);
-  if (bytes.empty()) throw std::runtime_error("the run without a flip fails");
-  std::vector<std::uint64_t> all(bytes.size() / sizeof(std::uint64_t));
-  std::memcpy(all.data(), bytes.data(), all.size() * sizeof(std::uint64_t));
+  if (copied.bytes.empty()) throw std::runtime_error("the run without a flip fails");
+  std::vector<std::uint64_t> all(copied.bytes.size() / sizeof(std::uint64_t));
+  std::memcpy(all.data(), copied.bytes.data(), all.size() * sizeof(std::uint64_t));
   return all;
 }
 
@@ -199,16 +225,25 @@ std::string flip_table(std::string_view vehicle, const FlipCounts& counts) {
   std::uint64_t program_bytes = 0, state_bytes = 0;
   for (const FlipPart& part : program_parts()) program_bytes += part.bytes.size();
   for (const auto& [name, bytes] : counts.bytes) state_bytes += bytes;
-  text += row("**state**", std::to_string(state_bytes), counts.state);
+  if (total(counts.state) != 0) text += row("**state**", std::to_string(state_bytes), counts.state);
   for (const auto& [name, tally] : counts.parts) {
-    if (name != "program") text += row(name, std::to_string(counts.bytes.at(name)), tally);
+    const auto bytes = counts.bytes.find(name);
+    const bool known = bytes != counts.bytes.end();
+    if (name != "program") text += row(name, known ? std::to_string(bytes->second) : "-", tally);
   }
-  text += row("**code, constants**", std::to_string(program_bytes), counts.program);
+  if (total(counts.program) != 0)
+    text += row("**code, constants**", std::to_string(program_bytes), counts.program);
+  if (counts.instructions != Instructions{})
+    text += fmt::format("\nDrawn among {} instructions of the thread frame, {} of bus.\n",
+                        counts.instructions[0], counts.instructions[1]);
+
+  for (const auto& [name, hung] : counts.hung)
+    text += fmt::format("\nOf the restarts of {}, {} hung.\n", name, hung);
 
   std::vector<std::pair<std::string, FlipTally>> worst(counts.places.begin(), counts.places.end());
   const auto harm = [](const FlipTally& t) {
-    return t[static_cast<std::size_t>(FlipOutcome::silent)] +
-           100 * t[static_cast<std::size_t>(FlipOutcome::unsafe)] +
+    return 10 * t[static_cast<std::size_t>(FlipOutcome::silent)] +
+           1000 * t[static_cast<std::size_t>(FlipOutcome::unsafe)] +
            t[static_cast<std::size_t>(FlipOutcome::restarted)];
   };
   std::ranges::stable_sort(worst, std::ranges::greater{},

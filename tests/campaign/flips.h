@@ -1,10 +1,10 @@
 #pragma once
 
 // Flipped bits: radiation changes single bits in the memory of a commercial computer. At a drawn
-// moment of a run one drawn bit is flipped in what the daemon keeps in memory, or in its code and
-// constants; the run goes on in a copy of the process (fork), and what reached the bus is compared
-// bit by bit with the same run without a flip. Not flipped: registers, the stack, the heap, and the
-// libraries (DDS, C).
+// moment of a run one drawn bit is flipped in what the daemon keeps in memory, in its code and
+// constants, or in registers and stack of a thread (traps.h); the run goes on in a copy of the
+// process (fork), and what reached the bus is compared bit by bit with the same run without a flip.
+// Not flipped: the libraries (DDS, C).
 
 #include <array>
 #include <cstdint>
@@ -14,6 +14,8 @@
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "tests/campaign/traps.h"
 
 namespace lss::campaign {
 
@@ -35,21 +37,29 @@ struct FlipPlan {
   unsigned flips = 0;
   bool to_the_end = false;  // also runs in which nothing of the flip is left
   bool protect = true;      // with the daemon's own protection
-  std::string part{};       // of the state, only this one; "state": all; empty: the program too
+  // Only this one; "state": all of it; empty: the program too. "registers", a register's name,
+  // "stack", "heap" and what else a chain has are flipped only when they are named here.
+  std::string part{};
 };
 
-// Bytes of the daemon. Program: its code, constants and static data.
+// Bytes of the daemon. Program: its code, constants and static data. Of a thread: registers, or the
+// stack, without bytes.
 struct FlipPart {
+  enum Kind : std::uint8_t { state, program, more, of_thread };
+
   std::string name;
   std::span<std::uint8_t> bytes;
-  bool program = false;
+  Kind kind = state;
+  DaemonThread thread = DaemonThread::frame;
 };
 
 struct FlipCounts {
   std::map<std::string, std::uint64_t> bytes;  // of each part
   std::map<std::string, FlipTally> parts;
-  FlipTally state{}, program{};
-  std::map<std::string, FlipTally> places;  // where they were other than without effect
+  FlipTally state{}, program{};               // sums of parts of these kinds
+  Instructions instructions{};                // among which flips of registers and stack are drawn
+  std::map<std::string, FlipTally> places;    // where they were other than without effect
+  std::map<std::string, std::uint64_t> hung;  // of the restarts of each part
   unsigned scenarios = 0;
   double simulated_s = 0, slowest_detection_s = 0;
 };
@@ -57,13 +67,17 @@ struct FlipCounts {
 // Functions and constants of the daemon in this program, by its table of symbols (nm of binutils).
 // Throws std::runtime_error where that cannot be read.
 const std::vector<FlipPart>& program_parts();
+// The function of this program, also of the test, or "a library".
+std::string function_at(std::uintptr_t instruction);
 // The bit of this part, also where it is write-protected.
 void flip(std::span<std::uint8_t> bytes, std::uint64_t bit);
 
-// Runs `run` in a copy of this process. restarted: it ended, threw, or took more than `cpu_s`.
+// Runs `run` in a copy of this process. restarted: it ended, threw, or took more than `cpu_s` or ten
+// times as long by the clock.
 struct FlipResult {
   FlipOutcome outcome = FlipOutcome::restarted;
   double detected_s = 0;  // safe: after the first other order
+  bool hung = false;      // restarted: it took too long
 };
 FlipResult in_a_copy(const std::function<FlipResult()>& run, unsigned cpu_s);
 // The bytes that `run` returns, from a copy of this process. Throws std::runtime_error.

@@ -3,6 +3,7 @@
 #include "tests/campaign/flips.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <stdexcept>
 #include <string>
@@ -77,10 +78,17 @@ TEST(Flips, FindTheDaemonsFunctionsAndNoneOfTheTests) {
 TEST(Flips, ACopyThatAbortsOrHangsCountsAsRestarted) {
   EXPECT_EQ(in_a_copy([]() -> FlipResult { std::abort(); }, 1).outcome, FlipOutcome::restarted);
   EXPECT_EQ(in_a_copy([]() -> FlipResult { throw 1; }, 1).outcome, FlipOutcome::restarted);
+  EXPECT_FALSE(in_a_copy([]() -> FlipResult { std::abort(); }, 1).hung);
   const auto hang = []() -> FlipResult {
     for (volatile int i = 0;;) static_cast<void>(i);
   };
-  EXPECT_EQ(in_a_copy(hang, 1).outcome, FlipOutcome::restarted);
+  const auto wait = []() -> FlipResult {
+    for (;;) pause();
+  };
+  for (const FlipResult& result : {in_a_copy(hang, 1), in_a_copy(wait, 1)}) {
+    EXPECT_EQ(result.outcome, FlipOutcome::restarted);
+    EXPECT_TRUE(result.hung);
+  }
   EXPECT_EQ(in_a_copy([] { return FlipResult{FlipOutcome::silent}; }, 1).outcome,
             FlipOutcome::silent);
 }

@@ -2,6 +2,7 @@
 // that a search found.
 
 #include <fmt/format.h>
+#include <sys/personality.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -35,6 +36,7 @@ constexpr const char* kExamples =
     "  lss-campaign search zebro --for 600    scripts that break a condition\n"
     "  lss-campaign zebro --script HEX    report of a script that a search printed\n"
     "  lss-campaign talaris --flips 10000 --seed 3    single bits of memory, docs/flips.md\n"
+    "  lss-campaign zebro --flips 1000 --part registers    ... of registers\n"
     "Exit code 0: all conditions satisfied.";
 
 struct Options {
@@ -61,6 +63,20 @@ void tell(const Subject& subject, const Run& run, bool all) {
   std::fflush(stdout);
 }
 
+// Where a pointer with a flipped bit leads depends on where the program and its stack are: from now
+// on always at the same addresses. Begins the program again, without an environment.
+void fix_addresses(char** arguments) {
+  constexpr unsigned long kAsk = 0xffffffff;
+  const int answer = ::personality(kAsk);
+  const auto now = static_cast<unsigned long>(answer);
+  if (answer != -1 && (now & ADDR_NO_RANDOMIZE) != 0) return;
+  if (answer != -1 && ::personality(now | ADDR_NO_RANDOMIZE) != -1) {
+    char* const no_environment[] = {nullptr};
+    ::execve("/proc/self/exe", arguments, no_environment);
+  }
+  fmt::print(stderr, "addresses are random here: the same seed can have other outcomes\n");
+}
+
 // Unsafe: 1.
 int flip_bits(const FlipPlan& plan, const std::vector<std::string>& wanted) {
   bool unsafe = false;
@@ -69,7 +85,7 @@ int flip_bits(const FlipPlan& plan, const std::vector<std::string>& wanted) {
     const FlipCounts counts = subject.flip(plan);
     fmt::print("{}\n", flip_table(subject.vehicle, counts));
     std::fflush(stdout);
-    unsafe = unsafe || counts.state.back() + counts.program.back() != 0;
+    for (const auto& [part, tally] : counts.parts) unsafe = unsafe || tally.back() != 0;
   }
   return unsafe ? 1 : 0;
 }
@@ -197,9 +213,11 @@ int main(int argc, char** argv) {
   const CLI::Option* const script = cli.add_option(
       "--script", o.script, "one scenario, with its choices as hexadecimal bytes; \"\": all are 0");
   cli.add_option("--flips", o.flips.flips,
-                 "instead: flip as many single bits of the daemon's memory");
+                 "instead: flip as many single bits of the daemon's memory, or of --part");
   cli.add_option("--part", o.flips.part,
-                 "flips: this part only, as the table names it; \"state\": all but the program");
+                 "flips: this part only, as the table names it; \"state\": all but the program; "
+                 "\"registers\" or one of them (\"rip\"), \"stack\": of the threads, on amd64; "
+                 "\"heap\", \"sensor lines\": of talaris");
   cli.add_option("--seed", o.flips.seed, "seed of the flips")->capture_default_str();
   cli.add_flag("--unprotected", o.unprotected,
                "flips: without the daemon's protection against them");
@@ -232,6 +250,7 @@ int main(int argc, char** argv) {
     for (const std::string& file : {o.out, o.markdown}) expect_writable(file);
     if (searches->parsed()) return search(o);
     if (o.flips.flips != 0) {
+      fix_addresses(argv);
       o.flips.protect = !o.unprotected;
       return flip_bits(o.flips, o.wanted);
     }

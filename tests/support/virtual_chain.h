@@ -30,6 +30,7 @@
 #include "daemon/runtime/command_port.h"
 #include "daemon/runtime/sample_queue.h"
 #include "daemon/runtime/stop_latch.h"
+#include "tests/support/daemon_work.h"
 #include "tools/lss-sim/frame/can_bus.h"
 #include "tools/lss-sim/frame/faults.h"
 #include "tools/lss-sim/frame/runner.h"
@@ -52,26 +53,31 @@ bool turn_can(sim::CanBus& line, Master& master, Report& report, SampleQueue<Sam
   constexpr TimeNs kReportEvery = 5 * kMillisecond;
   line.advance(now);
   for (CanFrame heard : line.take(now)) {
-    heard.time_ns = now;
-    if (heard.error) {  // as drivers/can/socket_can.cpp
-      if ((heard.id & CAN_ERR_BUSOFF) != 0) ++report.port.bus_offs;
-      if ((heard.id & CAN_ERR_RESTARTED) == 0) continue;
-      ++report.port.restarts;
-      came_back(master, now);
-      continue;
-    }
-    ++report.port.received;
-    master.receive({&heard, 1});
+    bus_work([&] {
+      heard.time_ns = now;
+      if (heard.error) {  // as drivers/can/socket_can.cpp
+        if ((heard.id & CAN_ERR_BUSOFF) != 0) ++report.port.bus_offs;
+        if ((heard.id & CAN_ERR_RESTARTED) == 0) return;
+        ++report.port.restarts;
+        came_back(master, now);
+        return;
+      }
+      ++report.port.received;
+      master.receive({&heard, 1});
+    });
   }
-  for (CanFrame sent; master.transmit(now, sent); ++report.port.sent) send(sent);
+  CanFrame sent;
+  for (; bus_work([&] { return master.transmit(now, sent); }); ++report.port.sent) send(sent);
   line.advance(now);
-  std::array<Sample, Master::kMaxSamples> taken;
-  const std::size_t count = master.take(taken);
-  for (std::size_t i = 0; i < count; ++i) samples.push(taken[i]);
-  if (now - report.time_ns < kReportEvery) return false;
-  report.status = master.status();
-  report.time_ns = now;
-  return true;
+  return bus_work([&] {
+    std::array<Sample, Master::kMaxSamples> taken;
+    const std::size_t count = master.take(taken);
+    for (std::size_t i = 0; i < count; ++i) samples.push(taken[i]);
+    if (now - report.time_ns < kReportEvery) return false;
+    report.status = master.status();
+    report.time_ns = now;
+    return true;
+  });
 }
 
 // A visitor of daemon/record/state.h: the members around a byte, each by its number in keep(v) and
@@ -223,7 +229,9 @@ class VirtualChain {
     }
     return all;
   }
-  // Of these, what only reports are made of: no order depends on it.
+  // More of it, which is flipped only when it is asked for.
+  virtual std::vector<Memory> more_memory() { return {}; }
+  // Of memory(), what only reports are made of: no order depends on it.
   std::vector<std::span<std::uint8_t>> memory_of_reports() {
     SeriesFinder finder;
     supervisor_.keep(finder);
@@ -289,11 +297,14 @@ class VirtualChain {
   // Around a turn of the bus thread, as in daemon/runtime/bus_thread.h. forget(): as there.
   template <class Master, class Forget, class Turn>
   auto turn_held(Master& master, Twin<sizeof(Master)>& twin, Forget&& forget, Turn&& turn) {
-    if (protect_ && twin.check(bytes_of(master)) == MemoryCheck::lost) forget();
+    const auto lost = [&] { return twin.check(bytes_of(master)) == MemoryCheck::lost; };
+    if (protect_ && bus_work(lost)) forget();
     struct Seal {
       Master& master;
       Twin<sizeof(Master)>& twin;
-      ~Seal() { twin.seal(bytes_of(master)); }
+      ~Seal() {
+        bus_work([this] { twin.seal(bytes_of(master)); });
+      }
     } seal{master, twin};
     return turn();
   }
@@ -331,15 +342,17 @@ class VirtualChain {
   }
   // The cycle of a frame whose samples and bus report are in `in_`.
   void run_cycle() {
-    if (protect_) in_.memory = twins_.check(vehicle_, supervisor_);
-    if (std::exchange(bus_memory_lost_, false)) in_.memory = MemoryCheck::lost;
-    in_.request_count = port_.take(in_.requests);
-    cycle(vehicle_, supervisor_, in_, out_, [](Stage) {});
+    frame_work([this] {
+      if (protect_) in_.memory = twins_.check(vehicle_, supervisor_);
+      if (std::exchange(bus_memory_lost_, false)) in_.memory = MemoryCheck::lost;
+      in_.request_count = port_.take(in_.requests);
+      cycle(vehicle_, supervisor_, in_, out_, [](Stage) {});
+      twins_.seal(vehicle_, supervisor_);
+      due_ = Sealed(out_.command);
+      port_.show(supervisor_.state());
+    });
     ++cycles_;
-    twins_.seal(vehicle_, supervisor_);
-    due_ = Sealed(out_.command);
     if (tape) tape(in_, out_, supervisor_, vehicle_);
-    port_.show(supervisor_.state());
     const Supervisor::Outbox& box = supervisor_.outbox();
     acks.insert(acks.end(), box.acks.begin(), box.acks.begin() + box.ack_count);
     events.insert(events.end(), box.events.begin(), box.events.begin() + box.event_count);
@@ -356,7 +369,7 @@ class VirtualChain {
     in_.frame += 1;
     in_.time_ns = next_frame_ns_;
     in_.sample_count = 0;
-    collect(pop);
+    frame_work([&] { collect(pop); });
     in_.bus = report;
     run_cycle();
     release_ns_ = next_frame_ns_ + config_.offset_ns;

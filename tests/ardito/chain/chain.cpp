@@ -4,6 +4,9 @@
 #include <random>
 
 namespace lss::ardito {
+
+using testing_support::bus_work;
+
 namespace {
 
 sim::ardito::RoverOptions seeded(sim::ardito::RoverOptions rover, unsigned seed) {
@@ -54,10 +57,10 @@ void Chain::dispatch() {
   if (now_ns_ >= release_ns_) {
     release_ns_ = kNever;
     RoverOrders due;
-    const bool whole = take_due(due);
+    const bool whole = bus_work([&] { return take_due(due); });
     turn_held(
         master_, master_twin_, [this] { forget(); },
-        [&] { latch_.obey(master_, whole ? &due : nullptr, now_ns_); });
+        [&] { bus_work([&] { latch_.obey(master_, whole ? &due : nullptr, now_ns_); }); });
   }
   turn();
   if (now_ns_ < next_frame_ns_) return;
@@ -101,7 +104,8 @@ void Chain::turn() {
   const bool told = turn_held(
       master_, master_twin_, [this] { forget(); },
       [this] {
-        latch_.obey(master_, static_cast<const RoverOrders*>(nullptr), now_ns_);
+        bus_work(
+            [this] { latch_.obey(master_, static_cast<const RoverOrders*>(nullptr), now_ns_); });
         return testing_support::turn_can(
             *line_, master_, report_, samples_, now_ns_,
             [this](const CanFrame& frame) { send_can(*line_, frame); });

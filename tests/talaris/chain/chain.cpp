@@ -4,6 +4,10 @@
 #include <random>
 
 namespace lss::talaris {
+
+using testing_support::bus_work;
+using testing_support::frame_work;
+
 namespace {
 
 std::unique_ptr<sim::talaris::Talaris> make(sim::talaris::TalarisOptions world, unsigned seed) {
@@ -74,7 +78,8 @@ Chain::Chain(const Options& options)
 
 // As in daemon/vehicles/talaris/actuation.cpp.
 void Chain::check_valves() {
-  if (!protect_ || valves_twin_.check(bytes_of(valves_)) != MemoryCheck::lost) return;
+  const auto lost = [this] { return valves_twin_.check(bytes_of(valves_)) == MemoryCheck::lost; };
+  if (!protect_ || !bus_work(lost)) return;
   valves_.begin_again(parameters_.buses.valves, edges_.counters, edges_.open, now_ns_);
   bus_memory_lost_ = true;
 }
@@ -102,7 +107,7 @@ void Chain::dispatch() {
   } else if (now_ns_ >= valves_.next_wake()) {
     send_edges(valves_.next_wake());
   }
-  valves_twin_.seal(bytes_of(valves_));
+  bus_work([this] { valves_twin_.seal(bytes_of(valves_)); });
   imu_.turn(now_ns_);
   altimeter_.turn(now_ns_);
   if (camera_) camera_->turn(now_ns_);
@@ -131,16 +136,17 @@ void Chain::release() {
   const TimeNs due_ns = release_ns_;
   release_ns_ = kNever;
   TalarisOrders due;
-  if (!take_due(due)) return;
+  if (!bus_work([&] { return take_due(due); })) return;
   if (!latch_.passes(due.all_stop, due.boundary_ns)) {
     ++edges_.refused_orders;
     return send_edges(now_ns_);
   }
   due.release_ns = due_ns;
-  valves_.release(due, now_ns_);
+  bus_work([&] { valves_.release(due, now_ns_); });
   send_edges(due_ns);
   turn_held(
-      master_, master_twin_, [this] { forget(); }, [&] { master_.release(due, now_ns_); });
+      master_, master_twin_, [this] { forget(); },
+      [&] { bus_work([&] { master_.release(due, now_ns_); }); });
   ordered_ = due;
   reset_serial_ = due.node_reset_serial;
 }
@@ -166,11 +172,11 @@ void Chain::obey() {
 
 void Chain::send_edges(TimeNs due_ns) {
   const std::uint8_t before = valves_.open();
-  for (CanFrame frame; valves_.due(now_ns_, frame);) {
+  for (CanFrame frame; bus_work([&] { return valves_.due(now_ns_, frame); });) {
     send_can(*wire_, frame);
-    valves_.sent(true, now_ns_);
+    bus_work([this] { valves_.sent(true, now_ns_); });
   }
-  edges_.sent(before, valves_, due_ns, now_ns_);
+  bus_work([&] { edges_.sent(before, valves_, due_ns, now_ns_); });
   edges_.all_stop_pending = latch_.pending();
 }
 
@@ -206,18 +212,20 @@ void Chain::frame(const Boundary& boundary) {
   in_.time_ns = boundary.time_ns;
   in_.held = boundary.held;
   in_.sample_count = 0;
-  collect([&](TalarisSample& s) { return imu_.pop(s, in_.time_ns); });
-  collect([&](TalarisSample& s) { return altimeter_.pop(s, in_.time_ns); });
-  if (standby_) {
-    collect([&](TalarisSample& s) {
-      while (standby_->pop(s, in_.time_ns)) {
-        if (of_standby(s)) return true;
-      }
-      return false;
-    });
-  }
-  collect([&](TalarisSample& s) { return samples_.pop(s, in_.time_ns); });
-  if (camera_) collect([&](TalarisSample& s) { return camera_->pop(s, in_.time_ns); });
+  frame_work([this] {
+    collect([&](TalarisSample& s) { return imu_.pop(s, in_.time_ns); });
+    collect([&](TalarisSample& s) { return altimeter_.pop(s, in_.time_ns); });
+    if (standby_) {
+      collect([&](TalarisSample& s) {
+        while (standby_->pop(s, in_.time_ns)) {
+          if (of_standby(s)) return true;
+        }
+        return false;
+      });
+    }
+    collect([&](TalarisSample& s) { return samples_.pop(s, in_.time_ns); });
+    if (camera_) collect([&](TalarisSample& s) { return camera_->pop(s, in_.time_ns); });
+  });
   in_.bus = {.imu = imu_.report(),
              .altimeter = altimeter_.report(),
              .camera = camera_ ? camera_->report() : LineReport{},
@@ -295,6 +303,17 @@ std::vector<Chain::Memory> Chain::memory() {
   if (protect_) {
     all.push_back(part("second copies", master_twin_));
     all.push_back(part("second copies", valves_twin_));
+  }
+  return all;
+}
+
+std::vector<Chain::Memory> Chain::more_memory() {
+  std::vector<Memory> all;
+  for (Line* line :
+       {&imu_, &altimeter_, camera_ ? &*camera_ : nullptr, standby_ ? &*standby_ : nullptr}) {
+    if (line == nullptr) continue;
+    all.push_back({"heap", line->driver_memory()});
+    for (const auto& more : line->memory()) all.push_back({"sensor lines", more});
   }
   return all;
 }

@@ -81,6 +81,7 @@ class Chain final : public testing_support::VirtualChain<Vehicle, Mode, Paramete
   const sim::talaris::Talaris& world() const { return *world_; }
   const sim::talaris::BodyState& body() const { return world_->plant().body(); }
   std::vector<Memory> memory() override;
+  std::vector<Memory> more_memory() override;
   bool rests() const;  // Execute is over, or everything was stopped, and the vehicle is still
 
  private:

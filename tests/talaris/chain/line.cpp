@@ -1,10 +1,17 @@
 #include "tests/talaris/chain/line.h"
 
+#include <malloc.h>
+
 #include <array>
 #include <stdexcept>
 #include <utility>
 
+#include "tests/support/daemon_work.h"
+
 namespace lss::talaris {
+
+using testing_support::bus_work;
+
 namespace {
 
 constexpr TimeNs kReportEvery = 5 * kMillisecond;  // as daemon/runtime/serial_bus.h
@@ -34,9 +41,14 @@ void Line::turn(TimeNs now) {
   std::array<LineByte, 512> bytes;
   const std::size_t size = std::min(heard.size(), bytes.size());
   for (std::size_t i = 0; i < size; ++i) bytes[i] = {.value = heard[i]};
-  if (size != 0) driver_->receive(std::span(bytes).first(size), now);
-  for (auto said = driver_->transmit(now); !said.empty(); said = driver_->transmit(now))
+  if (size != 0) bus_work([&] { driver_->receive(std::span(bytes).first(size), now); });
+  const auto next = [&] { return driver_->transmit(now); };
+  for (auto said = bus_work(next); !said.empty(); said = bus_work(next))
     uart_.from_master(said, now);
+  bus_work([&] { give(now); });
+}
+
+void Line::give(TimeNs now) {
   std::array<TalarisSample, SensorLine::kMaxSamples> samples;
   const std::size_t count = driver_->take(samples);
   for (std::size_t i = 0; i < count; ++i) samples_.push(samples[i]);
@@ -54,6 +66,11 @@ void Line::turn(TimeNs now) {
   if (now - report_.time_ns < kReportEvery) return;
   report_.status = driver_->status();
   report_.time_ns = now;
+}
+
+std::span<std::uint8_t> Line::driver_memory() {
+  void* block = dynamic_cast<void*>(driver_.get());  // as it was allocated
+  return {static_cast<std::uint8_t*>(block), malloc_usable_size(block)};
 }
 
 bool Line::take_tick(FrameTick& tick) noexcept {

@@ -5,7 +5,10 @@
 // (daemon/runtime/serial_bus.h, daemon/vehicles/talaris/line.h), in the same order. One thread.
 
 #include <algorithm>
+#include <cstdint>
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "daemon/runtime/sample_queue.h"
 #include "daemon/vehicles/talaris/buses.h"
@@ -29,8 +32,15 @@ class Line {
   bool pop(TalarisSample& sample, TimeNs end) noexcept { return samples_.pop(sample, end); }
   const LineReport& report() const noexcept { return report_; }
   sim::WireFaults& faults() noexcept { return uart_.faults; }
+  // What the daemon keeps: its driver, on the heap; queue, report and tick.
+  std::span<std::uint8_t> driver_memory();
+  std::vector<std::span<std::uint8_t>> memory() {
+    return {bytes_of(samples_), bytes_of(report_), bytes_of(tick_), bytes_of(ticked_)};
+  }
 
  private:
+  void give(TimeNs now);  // samples and report, to the frame thread
+
   sim::Uart uart_;
   std::unique_ptr<SensorLine> driver_;
   SampleQueue<TalarisSample> samples_;

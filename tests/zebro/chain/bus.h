@@ -12,6 +12,7 @@
 #include "daemon/cycle/twins.h"
 #include "daemon/runtime/sample_queue.h"
 #include "daemon/vehicles/zebro/vehicle.h"
+#include "tests/support/daemon_work.h"
 
 namespace lss::zebro {
 
@@ -66,24 +67,30 @@ class Bus {
  protected:
   // At the begin of a turn; what it returns seals the driver at its end.
   auto hold(TimeNs now) {
-    if (protect && twin_.check(bytes_of(driver_)) == MemoryCheck::lost) {
+    testing_support::bus_work([&] {
+      if (!protect || twin_.check(bytes_of(driver_)) != MemoryCheck::lost) return;
       driver_.restart(now);
       latch_.ask(now);
-    }
+    });
     struct Seal {
       Bus& bus;
-      ~Seal() { bus.twin_.seal(bytes_of(bus.driver_)); }
+      ~Seal() {
+        testing_support::bus_work([this] { bus.twin_.seal(bytes_of(bus.driver_)); });
+      }
     };
     return Seal{*this};
   }
   // The driver gets orders that were released since the last time.
   void obey(TimeNs now) {
-    latch_.obey(driver_, std::exchange(released_, false) ? &orders_ : nullptr, now);
+    testing_support::bus_work(
+        [&] { latch_.obey(driver_, std::exchange(released_, false) ? &orders_ : nullptr, now); });
   }
   void take_replies() {
-    std::array<ModuleReply, LegBus::kMaxReplies> replies;
-    const std::size_t count = driver_.take(replies);
-    for (std::size_t i = 0; i < count; ++i) replies_.push(replies[i]);
+    testing_support::bus_work([this] {
+      std::array<ModuleReply, LegBus::kMaxReplies> replies;
+      const std::size_t count = driver_.take(replies);
+      for (std::size_t i = 0; i < count; ++i) replies_.push(replies[i]);
+    });
   }
 
   LegBus driver_;

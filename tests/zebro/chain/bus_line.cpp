@@ -4,6 +4,9 @@
 #include <stdexcept>
 
 namespace lss::zebro {
+
+using testing_support::bus_work;
+
 namespace {
 
 // As in daemon/runtime/serial_bus.h.
@@ -51,9 +54,10 @@ void BusLine::turn(TimeNs now, std::span<const std::uint8_t> bytes) {
 }
 
 void BusLine::serve(TimeNs now, std::span<const std::uint8_t> bytes) {
-  if (!bytes.empty()) driver_.receive(bytes, now);
+  if (!bytes.empty()) bus_work([&] { driver_.receive(bytes, now); });
   // At most one frame is ahead of the wire, so the kernel's queue is never full.
-  for (auto out = driver_.transmit(now); !out.empty(); out = driver_.transmit(now)) {
+  const auto next = [&] { return driver_.transmit(now); };
+  for (auto out = bus_work(next); !out.empty(); out = bus_work(next)) {
     log(out, now);
     line_.from_master(out, now);
   }
@@ -70,10 +74,12 @@ void BusLine::log(std::span<const std::uint8_t> frame, TimeNs now) {
 }
 
 void BusLine::tell(TimeNs now) {
-  report_.counters = driver_.counters();
-  report_.time_ns = now;
-  report_.open = open_;
-  report_.all_stop_pending = latch_.pending();
+  bus_work([&] {
+    report_.counters = driver_.counters();
+    report_.time_ns = now;
+    report_.open = open_;
+    report_.all_stop_pending = latch_.pending();
+  });
 }
 
 }  // namespace lss::zebro

@@ -69,7 +69,9 @@ void Chain::dispatch() {
   beat_when_due();
   if (now_ns_ >= release_ns_) {
     release_ns_ = kNever;
-    if (BusOrders due; take_due(due)) bus_->release(due);
+    testing_support::bus_work([this] {
+      if (BusOrders due; take_due(due)) bus_->release(due);
+    });
     bus_->turn(now_ns_, {});
   }
   std::span<const std::uint8_t> bytes;
