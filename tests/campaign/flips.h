@@ -72,8 +72,8 @@ std::string function_at(std::uintptr_t instruction);
 // The bit of this part, also where it is write-protected.
 void flip(std::span<std::uint8_t> bytes, std::uint64_t bit);
 
-// Runs `run` in a copy of this process. restarted: it ended, threw, or took more than `cpu_s` or ten
-// times as long by the clock.
+// Runs `run` in a copy of this process. restarted: it ended, threw, or took more than `cpu_s` or
+// ten times as long by the clock.
 struct FlipResult {
   FlipOutcome outcome = FlipOutcome::restarted;
   double detected_s = 0;  // safe: after the first other order
