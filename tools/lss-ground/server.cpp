@@ -254,6 +254,7 @@ tl::expected<std::unique_ptr<Server>, std::string> Server::create(const ServerOp
   lws_context_creation_info info{};
   info.options = LWS_SERVER_OPTION_EXPLICIT_VHOSTS;
   info.user = impl.get();
+  info.timeout_secs = kHandshake_s;  // of libwebsockets 4.3; that of the vhost is of 4.1
   keep_user(info);
   impl->context = lws_create_context(&info);
   if (impl->context == nullptr)
