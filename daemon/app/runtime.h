@@ -165,7 +165,7 @@ class Runtime final : public App {
     if (threads_.empty()) return;
     shut_down_ = true;
     land();
-    const Ending ending(engine_->frames(), now_ns());
+    Ending ending(engine_->frames(), now_ns());
     await(INT64_MAX, config_.period_ns,
           [&] { return ending.over(engine_->frames(), now_ns(), may_be_left_); });
     engine_->stop();

@@ -24,10 +24,16 @@ bool may_be_left(const Vehicle& vehicle, const lc::ControllerState& controller) 
 class Ending {
  public:
   // After `frames` frames.
-  Ending(std::uint64_t frames, TimeNs now) noexcept : frames_(frames), begun_ns_(now) {}
+  Ending(std::uint64_t frames, TimeNs now) noexcept
+      : frames_(frames), begun_ns_(now), newest_(frames), newest_ns_(now) {}
 
-  bool over(std::uint64_t frames, TimeNs now, bool may_leave) const noexcept {
-    if (now - begun_ns_ >= (frames == frames_ ? kFrameless : kLongest)) return true;
+  // Asked again and again, at least once a second.
+  bool over(std::uint64_t frames, TimeNs now, bool may_leave) noexcept {
+    if (frames != newest_) {
+      newest_ = frames;
+      newest_ns_ = now;
+    }
+    if (now - newest_ns_ >= kFrameless || now - begun_ns_ >= kLongest) return true;
     return frames - frames_ >= kFrames && may_leave;
   }
 
@@ -38,6 +44,8 @@ class Ending {
 
   std::uint64_t frames_;
   TimeNs begun_ns_;
+  std::uint64_t newest_;
+  TimeNs newest_ns_;
 };
 
 }  // namespace lss

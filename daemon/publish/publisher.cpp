@@ -14,10 +14,11 @@ namespace lss {
 namespace {
 
 constexpr TimeNs kStatusEvery = kSecond, kStatusInLockstep = 200 * kMillisecond;
-// Each goes to every daemon of the domain. In motion a second daemon of the name has to be known
-// soon.
+// Each goes to every daemon of the domain. Of a second daemon of a name the first has to know soon,
+// as it may move: a new daemon sends more of them, too.
 constexpr TimeNs kHeartbeatAtRest = kSecond;
-constexpr TimeNs kHeartbeatInMotion = 200 * kMillisecond;
+constexpr TimeNs kHeartbeatOften = 200 * kMillisecond;
+constexpr TimeNs kNew = 5 * kSecond;
 constexpr TimeNs kWatchEvery = 100 * kMillisecond;
 constexpr TimeNs kForeignEvery = 60 * kSecond;
 
@@ -115,6 +116,7 @@ void Publisher::put(const Supervisor::Outbox& outbox) noexcept {
 void Publisher::run() {
   ::pthread_setname_np(::pthread_self(), "publish");
   const lockstep::Part part("publish");
+  const TimeNs begun_ns = now_ns();
   while (!stop_) {
     wake_up_.wait(now_ns() + kWatchEvery);
     drain();
@@ -125,7 +127,8 @@ void Publisher::run() {
     }
     publish_status(now);
     const State state = state_.value().controller.state;
-    const TimeNs every = state == State::operational ? kHeartbeatInMotion : kHeartbeatAtRest;
+    const bool often = state == State::operational || now - begun_ns < kNew;
+    const TimeNs every = often ? kHeartbeatOften : kHeartbeatAtRest;
     if (now - heartbeat_ns_ >= every) {
       heartbeat_ns_ = now;
       face_->heartbeat(state);

@@ -99,7 +99,7 @@ class Program:
             self.process.kill()
         self.process.wait()
 
-    def stop(self, limit_s=10):
+    def stop(self, limit_s=20):
         if self.running():
             self.signal(self.end_signal)
             try:

@@ -174,7 +174,7 @@ class VirtualChain {
   // after which it does.
   void shut_down() {
     in_.shut_down = true;
-    const Ending ending(cycles_, now_ns_);
+    Ending ending(cycles_, now_ns_);
     const auto over = [&] {
       return ending.over(cycles_, now_ns_, may_be_left(vehicle_, supervisor_.controller()));
     };

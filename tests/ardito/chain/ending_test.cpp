@@ -131,14 +131,24 @@ TEST(ArditoEndingInFatalError, LeavesDrivesThatHold) {
   EXPECT_LT(chain.world().rover().body().velocity_m_s.norm(), 0.001);
 }
 
-TEST(Ending, WaitsNeitherWithoutFramesNorForever) {
-  const Ending ending(7, 0);
-  EXPECT_FALSE(ending.over(7, kSecond - 1, true));
-  EXPECT_TRUE(ending.over(7, kSecond, false));
-  EXPECT_FALSE(ending.over(16, kSecond, true));
-  EXPECT_TRUE(ending.over(17, kSecond, true));
-  EXPECT_FALSE(ending.over(100, 10 * kSecond - 1, false));
-  EXPECT_TRUE(ending.over(100, 10 * kSecond, false));
+TEST(Ending, ComesASecondAfterTheLastFrame) {
+  Ending without(100, 0);
+  EXPECT_FALSE(without.over(100, kSecond - 1, true));
+  EXPECT_TRUE(without.over(100, kSecond, true));
+  Ending ending(100, 0);
+  EXPECT_FALSE(ending.over(105, 500 * kMillisecond, false));
+  EXPECT_FALSE(ending.over(105, 1400 * kMillisecond, false));
+  EXPECT_TRUE(ending.over(105, 1600 * kMillisecond, false));
+}
+
+TEST(Ending, ComesAfterTenFramesWithMotorsOffOrTenSeconds) {
+  Ending ending(100, 0);
+  std::uint64_t frames = 100;
+  for (TimeNs now = 0; now < 10 * kSecond; now += 200 * kMillisecond, ++frames) {
+    EXPECT_FALSE(ending.over(frames, now, false));
+    EXPECT_EQ(ending.over(frames, now, true), frames >= 110);
+  }
+  EXPECT_TRUE(ending.over(frames, 10 * kSecond, false));
 }
 
 }  // namespace
