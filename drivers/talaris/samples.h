@@ -18,6 +18,8 @@ inline constexpr std::size_t kHopperFans = 4;
 inline constexpr std::size_t kValveNode = 0, kFanNode = 1, kLoadCellNode = 2;
 inline constexpr std::size_t kHopperNodes = 3;
 
+inline constexpr std::size_t kCornerAltimeters = 4;
+
 // One packet of the IMU, in the axes of the sensor.
 struct ImuPacket {
   std::array<double, 3> rate_rad_s{};
@@ -50,11 +52,12 @@ struct ImuStatus {
   double force_unit_m_s2 = 0;  // of `scale`: of one bit
 };
 
-// One line of the altimeter.
+// One line of an altimeter.
 struct Range {
   static constexpr std::uint8_t kOutOfRange = 255;  // an implausible number
   double range_m = 0;                               // 0 with an error
-  std::uint8_t error = 0;  // 0: none; its own number, 15 for E15 (weak signal); kOutOfRange
+  std::uint8_t error = 0;   // 0: none; its own number, 15 for E15 (weak signal); kOutOfRange
+  std::uint8_t corner = 0;  // 1 to 4: of an altimeter at a corner
 };
 
 // One frame of the camera: how far the ground passed since the frame before, as the angle at the
@@ -105,6 +108,11 @@ inline bool of_standby(TalarisSample& sample) noexcept {
   const ImuPacket copy = *packet;
   sample.reading = StandbyPacket{copy};
   return true;
+}
+
+// The same of an altimeter at corner 1 to 4, which has the driver of the one in the middle.
+inline void of_corner(TalarisSample& sample, std::uint8_t corner) noexcept {
+  if (auto* range = std::get_if<Range>(&sample.reading)) range->corner = corner;
 }
 
 }  // namespace lss::talaris

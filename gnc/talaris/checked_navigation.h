@@ -22,6 +22,8 @@ class CheckedNavigation {
   const NavState& step(const Batch& batch, bool standing = false, bool slides = false) noexcept;
   const NavState& state() const noexcept { return with_.state(); }
   const NavCounters& counters() const noexcept { return with_.counters(); }
+  bool range_doubted() const noexcept { return with_.range_doubted(); }
+  const RangeSample& range_by_corners() const noexcept { return with_.range_by_corners(); }
 
   bool camera_doubted() const noexcept { return doubted_; }  // it is not used
 

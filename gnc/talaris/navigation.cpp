@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "gnc/math.h"
@@ -9,10 +10,9 @@
 namespace lss::gnc::talaris {
 namespace {
 
+constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 constexpr double kLongest_s = 0.02;  // step of dead reckoning
 constexpr int kMostSteps = 200;      // bounds the time of one gap
-// Along the way the ground rises and falls like a random walk: its slope lasts for so long.
-constexpr double kGroundWave_m = 5;
 // variance of a median relative to that of one reading, for many of them
 constexpr double kMedian = 1.5707963267948966;
 
@@ -118,18 +118,25 @@ const NavState& Navigation::step(const Batch& batch, bool standing, bool slides)
   if (!aligned()) return state_;
   way_ = {};
   way_.least_m_s = way_.most_m_s = ekf_.nominal().velocity_N_m_s;
-  std::size_t next = 0, next_flow = 0;
+  standing_ = standing;
+  std::size_t next = 0, next_flow = 0, next_corner = 0;
+  const auto measured = [&](std::span<const RangeSample> ranges, std::size_t i) {
+    return i < ranges.size() ? measured_ns(ranges[i]) : kNever;
+  };
   const auto others_until = [&](std::int64_t until_ns) {
     for (;;) {
-      const bool range = next < batch.ranges.size() && measured_ns(batch.ranges[next]) <= until_ns;
-      const bool flow =
-          next_flow < batch.flows.size() && batch.flows[next_flow].time_ns <= until_ns;
-      if (flow && !(range && measured_ns(batch.ranges[next]) < batch.flows[next_flow].time_ns)) {
+      const std::int64_t range = measured(batch.ranges, next);
+      const std::int64_t corner = measured(batch.corners, next_corner);
+      const std::int64_t flow =
+          next_flow < batch.flows.size() ? batch.flows[next_flow].time_ns : kNever;
+      const std::int64_t first = std::min({range, corner, flow});
+      if (first > until_ns) return;
+      if (first == flow) {
         use_flow(batch.flows[next_flow++]);
-      } else if (range) {
+      } else if (first == range) {
         use_range(batch.ranges[next++]);
       } else {
-        return;
+        use_corner(batch.corners[next_corner++]);
       }
     }
   };
@@ -220,6 +227,37 @@ void Navigation::reckon(std::int64_t until_ns) noexcept {
   ekf_.blur(acceleration * fourth, acceleration * (square(b) - square(a)), rotation * fourth);
 }
 
+// Within the present sample, or without one.
+void Navigation::come_to(std::int64_t at_ns) noexcept {
+  if (at_ns <= last_imu_ns_) {
+    advance(at_ns);
+  } else {
+    reckon(at_ns);
+  }
+}
+
+// Else the filter explains hills by a tilt that it does not have.
+void Navigation::blur_ground(double slope, double since_s) noexcept {
+  if (!(slope > 0)) return;
+  const double way_m = ekf_.nominal().velocity_N_m_s.tail<2>().norm() * since_s;
+  ekf_.blur_axis(beam_.axis, square(slope) * kGroundWave_m * way_m, 0);
+}
+
+// With the state of the time when it was measured.
+ExpectedRange Navigation::compare(const RangeSample& sample, const Beam& beam,
+                                  Ekf::Measurement& m) const noexcept {
+  const double ago_s = in_seconds(filter_ns_ - measured_ns(sample));
+  Nominal then = ekf_.nominal();
+  then.position_N_m -= ago_s * then.velocity_N_m_s;
+  const ExpectedRange e = expected_range(then, beam);
+  m.axis = beam.axis;
+  m.by_position = e.by_position;
+  m.by_velocity = -ago_s * e.by_position;
+  m.by_attitude = e.by_attitude;
+  m.residual = sample.range_m - e.range_m;
+  return e;
+}
+
 void Navigation::use_range(const RangeSample& sample) noexcept {
   const NavigationParameters& p = parameters_;
   const std::int64_t at_ns = measured_ns(sample);
@@ -231,32 +269,19 @@ void Navigation::use_range(const RangeSample& sample) noexcept {
   }
   const double since_s = in_seconds(sample.time_ns - last_range_ns_);
   last_range_ns_ = sample.time_ns;
-  // within the present sample, or without one
-  if (at_ns <= last_imu_ns_) {
-    advance(at_ns);
-  } else {
-    reckon(at_ns);
-  }
+  come_to(at_ns);
   const double slope = p.pointing == Pointing::down ? math::tan(p.ground_slope_rad) : 0;
-  if (slope > 0) {
-    // Else the filter explains hills by a tilt that it does not have.
-    const double way_m = ekf_.nominal().velocity_N_m_s.tail<2>().norm() * since_s;
-    ekf_.blur_axis(beam_.axis, square(slope) * kGroundWave_m * way_m, 0);
-  }
-  const double ago_s = in_seconds(filter_ns_ - at_ns);
-  Nominal then = ekf_.nominal();
-  then.position_N_m -= ago_s * then.velocity_N_m_s;
-  const ExpectedRange e = expected_range(then, beam_);
+  blur_ground(slope, since_s);
+  Ekf::Measurement m;
+  const ExpectedRange e = compare(sample, beam_, m);
   if (!(e.cosine >= least_cosine_)) {
     ++counters_.ranges_bad;
     return;
   }
-  Ekf::Measurement m;
-  m.axis = beam_.axis;
-  m.by_position = e.by_position;
-  m.by_velocity = -ago_s * e.by_position;
-  m.by_attitude = e.by_attitude;
-  m.residual = sample.range_m - e.range_m;
+  if (doubted_) {
+    ++counters_.ranges_gated;
+    return;
+  }
   m.variance = square(p.range_sigma_m) + square(slope * e.range_m) * (1 - square(e.cosine));
   const double variance = ekf_.correct(m, p.gate_sigma);
   counters_.innovation_m = m.residual;
@@ -264,6 +289,7 @@ void Navigation::use_range(const RangeSample& sample) noexcept {
   if (square(m.residual) <= square(p.gate_sigma) * variance) {
     gate_ = {};
     ++counters_.ranges_used;
+    used_range_ns_ = sample.time_ns;
     return;
   }
   ++counters_.ranges_gated;
@@ -274,12 +300,7 @@ void Navigation::use_range(const RangeSample& sample) noexcept {
 // it along -x of B, with (-v_y / depth + w_z, -v_z / depth - w_y).
 void Navigation::use_flow(const FlowSample& sample) noexcept {
   const NavigationParameters& p = parameters_;
-  // within the present sample, or without one
-  if (sample.time_ns <= last_imu_ns_) {
-    advance(sample.time_ns);
-  } else {
-    reckon(sample.time_ns);
-  }
+  come_to(sample.time_ns);
   const Passed passed = std::exchange(passed_, {});
   const Nominal& x = ekf_.nominal();
   Nominal middle = x;

@@ -28,7 +28,9 @@ struct NavCounters {
   double innovation_sigma_m = 0;     // expected standard deviation of that
   std::uint32_t flows_used = 0;
   std::uint32_t flows_bad = 0;  // no number, out of the camera's range, too tilted, or after a gap
-  std::uint32_t flows_gated = 0;  // outside the gate
+  std::uint32_t flows_gated = 0;    // outside the gate
+  std::uint32_t corners_used = 0;   // times that the altimeters at all corners were used
+  std::uint32_t corners_gated = 0;  // and that they contradicted each other
 };
 
 class Navigation {
@@ -50,15 +52,30 @@ class Navigation {
   const NavState& step(const Batch& batch, bool standing = false, bool slides = false) noexcept;
   const NavState& state() const noexcept { return state_; }  // of the last step, or as calibrated
   const NavCounters& counters() const noexcept { return counters_; }
+  // Altimeters at the corners: the four contradict the one in the middle, which is not used until
+  // the next calibration; and what that one should measure by them, unless they contradict each
+  // other.
+  bool range_doubted() const noexcept { return doubted_; }
+  const RangeSample& range_by_corners() const noexcept { return by_corners_; }
   const Ekf& filter() const noexcept { return ekf_; }  // at the last IMU sample or range
   const NavigationParameters& parameters() const noexcept { return parameters_; }
 
  private:
+  using Plane = std::array<Ekf::Measurement, kCorners>;
+
   void align() noexcept;
   std::int64_t measured_ns(const RangeSample& sample) const noexcept;
   void advance(std::int64_t until_ns) noexcept;
   void reckon(std::int64_t until_ns) noexcept;
+  void come_to(std::int64_t at_ns) noexcept;
+  void blur_ground(double slope, double since_s) noexcept;
+  ExpectedRange compare(const RangeSample& sample, const Beam& beam,
+                        Ekf::Measurement& m) const noexcept;
   void use_range(const RangeSample& sample) noexcept;
+  void use_corner(const RangeSample& sample) noexcept;
+  void fit_corners(std::int64_t at_ns) noexcept;
+  void use_slopes(const Plane& plane, double slope, double way_m) noexcept;
+  void use_height(const Ekf::Measurement& height, bool overrules) noexcept;
   void use_flow(const FlowSample& sample) noexcept;
   void reopen(const Ekf::Measurement& m, std::int64_t at_ns) noexcept;
   void stand_still(bool slides) noexcept;
@@ -102,6 +119,16 @@ class Navigation {
     double first_m = 0, last_m = 0;  // innovations
   };
   Gate gate_;
+  // Altimeters at the corners: residuals of the four, those of standstill, and what came of them.
+  Plane corner_;
+  std::array<double, kCorners> at_rest_m_{};
+  Matrix3 rest_C_ = Matrix3::Identity();  // N from B then
+  Vector3 rest_bias_m_s2_ = Vector3::Zero();
+  std::array<std::int64_t, kCorners> corner_ns_{};  // 0: none since the last fit
+  int rest_fits_ = 0, contradicted_ = 0, height_gated_ = 0;
+  std::int64_t fitted_ns_ = 0, used_range_ns_ = 0;
+  RangeSample by_corners_;
+  bool doubted_ = false, standing_ = false;
   Beam beam_;
   double least_cosine_ = 0;  // between beam and the plane's normal
 };

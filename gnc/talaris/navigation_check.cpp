@@ -37,7 +37,9 @@ const char* check(const NavigationParameters& p) noexcept {
                              p.gravity_m_s2,
                              p.flow_period_s,
                              p.flow_sigma_rad_s,
-                             p.flow_max_m};
+                             p.flow_max_m,
+                             p.corner_y_m,
+                             p.corner_z_m};
   for (const double x : positive) {
     if (!(x > 0) || !std::isfinite(x)) {
       return "a time, limit, sigma or noise of navigation is not above 0";
@@ -51,7 +53,8 @@ const char* check(const NavigationParameters& p) noexcept {
       return "a random walk, gap, latency or slope of navigation is below 0";
     }
   }
-  if (!p.altimeter_at_B_m.allFinite() || !std::isfinite(p.roll_rad) || !std::isfinite(p.height_m)) {
+  if (!p.altimeter_at_B_m.allFinite() || !std::isfinite(p.roll_rad) || !std::isfinite(p.height_m) ||
+      !std::isfinite(p.corner_x_m)) {
     return "a place or heading of navigation is not a number";
   }
   if (!(p.range_min_m >= 0) || !(p.range_max_m > p.range_min_m)) {
@@ -59,6 +62,9 @@ const char* check(const NavigationParameters& p) noexcept {
   }
   if (p.camera && !(p.altimeter && p.pointing == Pointing::down)) {
     return "a camera needs an altimeter that looks down: it measures angles only";
+  }
+  if (p.corners && !(p.altimeter && p.pointing == Pointing::down)) {
+    return "altimeters at the corners need the one in the middle, and that it looks down";
   }
   if (!(p.flow_max_m > p.flow_min_m)) return "farthest_m of the camera must be above nearest_m";
   if (p.range_latency_s > kLatestRange_s) return "range_latency_s must be at most 0.5";

@@ -8,6 +8,9 @@
 namespace lss::gnc::talaris {
 
 inline constexpr double kLatestRange_s = 0.5;  // an older range is not used
+// Along the way the ground rises and falls like a random walk: its slope lasts for so long.
+inline constexpr double kGroundWave_m = 5;
+inline constexpr std::size_t kCorners = 4;
 
 constexpr double in_seconds(std::int64_t ns) noexcept { return static_cast<double>(ns) * 1e-9; }
 
@@ -39,6 +42,10 @@ struct NavigationParameters {
   double gate_sigma = 5;               // larger innovations are not used
   int gate_reopens_after = 10;         // gated readings in a row that agree: about 1 s [D]
   double max_tilt_rad = 60 * kDegree;  // readings of a more inclined beam are not used [D]
+
+  // four more altimeters at the corners, along -x (2.3.6 plans them): at +y +z, +y -z, -y -z, -y +z
+  bool corners = false;
+  double corner_x_m = 0, corner_y_m = 0.38, corner_z_m = 0.495;  // of the structure (2.3.1)
 
   // camera beside the altimeter, along -x (2.3.6 plans one)
   bool camera = false;

@@ -41,6 +41,7 @@ struct ImuSample {
 struct RangeSample {
   std::int64_t time_ns = 0;
   double range_m = kNaN;
+  std::uint8_t corner = 0;  // 1 to 4: of an altimeter at a corner
 };
 
 // How far the ground passed the camera since the sample before, as the angle at the camera towards
@@ -58,6 +59,7 @@ struct Batch {
   std::span<const RangeSample> ranges;
   std::int64_t end_ns = 0;  // T_k
   std::span<const FlowSample> flows{};
+  std::span<const RangeSample> corners{};
 };
 
 // Direction of the altimeter (configuration).

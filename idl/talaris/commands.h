@@ -18,13 +18,14 @@ inline constexpr int kImuModule = 1, kAltimeterModule = 2, kValveModule = 3, kFa
                      kLoadCellModule = 5;
 inline constexpr const char* kModuleNames[kModuleCount] = {"IMU", "altimeter", "valves", "fans",
                                                            "load-cell"};
-// Subjects of faults: the modules, then the valves and the fans.
-inline constexpr int kFirstValve = kModuleCount + 1, kFirstFan = kFirstValve + kValveCount;
+// Subjects of faults: the modules, then valves, fans and the altimeters at the corners.
+inline constexpr int kFirstValve = kModuleCount + 1, kFirstFan = kFirstValve + kValveCount,
+                     kFirstCorner = kFirstFan + kFanCount, kCornerCount = 4;
 inline constexpr const char* kSubjectNames[] = {
-    "IMU",     "altimeter", "valves",  "fans",    "load-cell", "valve-1",
-    "valve-2", "valve-3",   "valve-4", "valve-5", "valve-6",   "valve-7",
-    "valve-8", "fan-1",     "fan-2",   "fan-3",   "fan-4"};
-static_assert(std::size(kSubjectNames) == kFirstFan + kFanCount - 1);
+    "IMU",     "altimeter", "valves",  "fans",     "load-cell", "valve-1",  "valve-2",
+    "valve-3", "valve-4",   "valve-5", "valve-6",  "valve-7",   "valve-8",  "fan-1",
+    "fan-2",   "fan-3",     "fan-4",   "corner-1", "corner-2",  "corner-3", "corner-4"};
+static_assert(std::size(kSubjectNames) == kFirstCorner + kCornerCount - 1);
 
 // Modes of the state Operational (TALARIS thesis 4.5.1).
 enum class Mode : std::uint8_t {

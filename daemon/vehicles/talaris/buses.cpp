@@ -16,6 +16,10 @@ const config::Port* find_port(const config::Config& config, std::string_view nam
   return port != config.ports.end() ? &*port : nullptr;
 }
 
+// Ports of the altimeters at the corners.
+constexpr std::array<const char*, kCornerAltimeters> kCornerPorts = {"corner_1", "corner_2",
+                                                                     "corner_3", "corner_4"};
+
 SerialSettings settings(const config::Config& config, const char* name, const SensorLine& line) {
   const config::Port* port = find_port(config, name);
   if (port == nullptr) return {};
@@ -37,21 +41,32 @@ std::string wrong_ports(const config::Config& config, const BusesParameters& p) 
   std::vector<std::string_view> used{"imu", "altimeter", "can"};
   if (p.has_camera) used.push_back("camera");
   if (p.has_standby) used.push_back("standby_imu");
+  if (p.has_corners) used.insert(used.end(), kCornerPorts.begin(), kCornerPorts.end());
   for (const std::string_view name : used) {
     if (find_port(config, name) == nullptr)
       return fmt::format("there is no [[port]] with name = \"{}\": add one", name);
   }
   for (const config::Port& port : config.ports) {
     if (std::ranges::find(used, port.name) != used.end()) continue;
-    const bool known = port.name == "camera" || port.name == "standby_imu";
+    const bool corner = std::ranges::find(kCornerPorts, port.name) != kCornerPorts.end();
+    const bool known = corner || port.name == "camera" || port.name == "standby_imu";
     return known ? fmt::format(
-                       "nothing reads the port \"{0}\": set present = true in "
-                       "[talaris.{0}], or remove its [[port]]",
-                       port.name)
+                       "nothing reads the port \"{}\": set present = true in "
+                       "[talaris.{}], or remove its [[port]]",
+                       port.name, corner ? "corner_altimeters" : port.name)
                  : fmt::format(
                        "nothing reads the port \"{}\": the names are imu, altimeter, "
-                       "can, camera and standby_imu",
+                       "can, camera, standby_imu and corner_1 to corner_4",
                        port.name);
+  }
+  if (!p.has_corners) return "";
+  for (const char* name : kCornerPorts) {
+    const auto baud = find_port(config, name)->baud, middle = find_port(config, "altimeter")->baud;
+    if (baud != middle)
+      return fmt::format(
+          "the port \"{}\" has {} baud and \"altimeter\" {}: they are of one kind, give both one "
+          "baud",
+          name, baud, middle);
   }
   return "";
 }
@@ -62,6 +77,10 @@ int packets(const BusesParameters& p) {
 }
 TimeNs packet_period(const BusesParameters& p) {
   return p.imu == ImuKind::landmark30 ? p.landmark.period_ns : p.crossbow.period_ns;
+}
+
+LineBus corner_bus(Ar1000& line, const config::Config& config, std::size_t corner) {
+  return LineBus(LineEnds{.line = &line}, settings(config, kCornerPorts[corner], line));
 }
 
 LineReport report_of(const LineBus::Report& bus) noexcept {
@@ -103,6 +122,16 @@ Buses::Buses(const config::Config& config, const BusesParameters& parameters)
       altimeter_(LineEnds{.line = &ar1000_}, settings(config, "altimeter", ar1000_)),
       camera_(LineEnds{.line = &flow_camera_}, settings(config, "camera", flow_camera_)),
       standby_(LineEnds{.line = &standby_imu_}, settings(config, "standby_imu", standby_imu_)),
+      corner_{{Ar1000(parameters_.altimeter), Ar1000(parameters_.altimeter),
+               Ar1000(parameters_.altimeter), Ar1000(parameters_.altimeter)}},
+      corners_{{corner_bus(corner_[0], config, 0), corner_bus(corner_[1], config, 1),
+                corner_bus(corner_[2], config, 2), corner_bus(corner_[3], config, 3)}},
+      extra_{{{&camera_, "bus/camera", parameters_.has_camera},
+              {&standby_, "bus/standby_imu", parameters_.has_standby},
+              {&corners_[0], "bus/corner_1", parameters_.has_corners},
+              {&corners_[1], "bus/corner_2", parameters_.has_corners},
+              {&corners_[2], "bus/corner_3", parameters_.has_corners},
+              {&corners_[3], "bus/corner_4", parameters_.has_corners}}},
       can_(parameters_.can, can_path(config), canopen::filters()),
       actuation_(parameters_.valves, can_) {
   can_.line().attach(actuation_.sender());
@@ -131,12 +160,12 @@ std::string Buses::wrong_configuration() const {
 }
 
 tl::expected<void, std::string> Buses::probe() {
-  for (const auto& [there, line] : {std::pair{true, &imu_},
-                                    {true, &altimeter_},
-                                    {parameters_.has_standby, &standby_},
-                                    {parameters_.has_camera, &camera_}}) {
-    if (!there) continue;
+  for (LineBus* line : {&imu_, &altimeter_}) {
     if (auto ok = line->probe(); !ok) return ok;
+  }
+  for (const Extra& each : extra_) {
+    if (!each.present) continue;
+    if (auto ok = each.line->probe(); !ok) return ok;
   }
   return can_.probe();
 }
@@ -146,8 +175,9 @@ std::vector<std::pair<std::string, std::function<void()>>> Buses::bodies() {
       {"bus/imu", [this] { imu_.run(); }},
       {"bus/altimeter", [this] { altimeter_.run(); }},
       {"bus/can", [this] { can_.run(); }}};
-  if (parameters_.has_camera) all.emplace_back("bus/camera", [this] { camera_.run(); });
-  if (parameters_.has_standby) all.emplace_back("bus/standby_imu", [this] { standby_.run(); });
+  for (const Extra& each : extra_) {
+    if (each.present) all.emplace_back(each.thread, [line = each.line] { line->run(); });
+  }
   return all;
 }
 
@@ -155,16 +185,16 @@ std::vector<Progress> Buses::progress() const {
   std::vector<Progress> all = {{"bus/imu", imu_.turns(), false},
                                {"bus/altimeter", altimeter_.turns(), false},
                                {"bus/can", can_.turns()}};
-  if (parameters_.has_camera) all.push_back({"bus/camera", camera_.turns(), false});
-  if (parameters_.has_standby) all.push_back({"bus/standby_imu", standby_.turns(), false});
+  for (const Extra& each : extra_) {
+    if (each.present) all.push_back({each.thread, each.line->turns(), false});
+  }
   return all;
 }
 
 void Buses::stop() noexcept {
   imu_.stop();
   altimeter_.stop();
-  camera_.stop();
-  standby_.stop();
+  for (const Extra& each : extra_) each.line->stop();
   can_.stop();
 }
 
@@ -180,11 +210,20 @@ std::size_t Buses::collect(TimeNs boundary_ns, std::span<TalarisSample> samples,
     if (of_standby(samples[count])) ++count;
   }
   take(can_);
-  take(camera_);  // last: what it says too much displaces nothing
+  take(camera_);  // behind the others: what it says too much displaces nothing
+  std::uint64_t overflows = 0;
+  for (std::size_t i = 0; parameters_.has_corners && i < kCornerAltimeters; ++i) {
+    const std::size_t before = count;
+    take(corners_[i]);
+    for (TalarisSample& sample : samples.subspan(before, count - before))
+      of_corner(sample, static_cast<std::uint8_t>(i + 1));
+    overflows += corners_[i].report().counters.counters.overflows;
+  }
   report = {.imu = report_of(imu_.report()),
             .altimeter = report_of(altimeter_.report()),
             .camera = report_of(camera_.report()),
             .standby = report_of(standby_.report()),
+            .corner_overflows = overflows,
             .can = can_.report(),
             .edges = actuation_.report()};
   return count;
@@ -193,8 +232,8 @@ std::size_t Buses::collect(TimeNs boundary_ns, std::span<TalarisSample> samples,
 bool Buses::take_memory_lost() noexcept {
   bool lost = can_.take_memory_lost();
   lost = actuation_.take_memory_lost() || lost;
-  for (LineBus* line : {&imu_, &altimeter_, &camera_, &standby_})
-    lost = line->take_memory_lost() || lost;
+  for (LineBus* line : {&imu_, &altimeter_}) lost = line->take_memory_lost() || lost;
+  for (const Extra& each : extra_) lost = each.line->take_memory_lost() || lost;
   return lost;
 }
 

@@ -1,9 +1,10 @@
 #pragma once
 
-// The wiring of TALARIS: an IMU, whose packets begin the frames, a second one, an altimeter and a
-// camera on serial lines; valves, fans and load cell on a CAN bus; and the actuate thread's part,
-// which writes the edges of the valves. Ports of the configuration: "imu", "altimeter", "can", and
-// "standby_imu" and "camera" where there are such.
+// The wiring of TALARIS: an IMU, whose packets begin the frames, a second one, an altimeter, four
+// at the corners and a camera on serial lines; valves, fans and load cell on a CAN bus; and the
+// actuate thread's part, which writes the edges of the valves. Ports of the configuration: "imu",
+// "altimeter", "can", and "standby_imu", "camera" and "corner_1" to "corner_4" where there are
+// such.
 
 #include <cstddef>
 #include <cstdint>
@@ -32,7 +33,8 @@ struct BusesParameters {
   ImuKind imu = ImuKind::landmark30;
   LandMark30Parameters landmark{};
   CrossbowParameters crossbow{};
-  Ar1000Parameters altimeter{};
+  Ar1000Parameters altimeter{};  // those at the corners are of its kind
+  bool has_corners = false;
   bool has_standby = false;
   CrossbowParameters standby{};
   bool has_camera = false;
@@ -57,6 +59,7 @@ struct LineReport {
 // Inputs of the frame from the buses besides samples.
 struct BusReport {
   LineReport imu{}, altimeter{}, camera{}, standby{};
+  std::uint64_t corner_overflows = 0;  // samples of the altimeters at the corners, dropped
   HopperCan::Report can{};
   EdgeReport edges{};
 };
@@ -94,7 +97,11 @@ class Buses {
 
  private:
   SensorLine& imu_line() noexcept;
-
+  struct Extra {
+    LineBus* line;
+    const char* thread;
+    bool present;
+  };
   std::string wrong_ports_;
   BusesParameters parameters_;
   TimeNs period_ns_, offset_ns_;
@@ -105,6 +112,9 @@ class Buses {
   FlowCamera flow_camera_;
   Crossbow standby_imu_;
   LineBus imu_, altimeter_, camera_, standby_;
+  std::array<Ar1000, kCornerAltimeters> corner_;
+  std::array<LineBus, kCornerAltimeters> corners_;
+  std::array<Extra, 2 + kCornerAltimeters> extra_;  // lines of sensors beyond those as built
   HopperCan can_;
   Actuation actuation_;
 };

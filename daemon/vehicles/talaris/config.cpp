@@ -102,6 +102,15 @@ void read_altimeter(config::Section s, Parameters& p) {
   p.flight.limits.altimeter_max_m = n.range_max_m;
 }
 
+// Besides that they are like the one in the middle.
+void read_corners(config::Section s, Parameters& p) {
+  g::NavigationParameters& n = p.navigation;
+  n.corners = p.buses.has_corners = s.flag("present", n.corners);
+  read(s, "x_m", n.corner_x_m, -1, 1);
+  read(s, "y_m", n.corner_y_m, 0.05, 2);
+  read(s, "z_m", n.corner_z_m, 0.05, 2);
+}
+
 void read_camera(config::Section s, Parameters& p) {
   g::NavigationParameters& n = p.navigation;
   FlowCameraParameters& c = p.buses.camera;
@@ -325,6 +334,7 @@ Parameters read_parameters(config::Section& root) {
   read_imu(root.section("imu"), p);
   read_standby(root.section("standby_imu"), p);
   read_altimeter(root.section("altimeter"), p);
+  read_corners(root.section("corner_altimeters"), p);
   read_camera(root.section("camera"), p);
   read_bus(root.section("bus"), p);
   read_navigation(root.section("navigation"), p.navigation);

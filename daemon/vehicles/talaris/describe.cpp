@@ -155,6 +155,7 @@ void Vehicle::describe_modules(Telemetry& out) const noexcept {
   // Samples of the sensors' lines, too: a queue was full, or radiation damaged them.
   for (const LineReport* line : {&bus_.imu, &bus_.altimeter, &bus_.camera, &bus_.standby})
     out.bus_frames_dropped += line->status.counters.overflows;
+  out.bus_frames_dropped += bus_.corner_overflows;
   out.bus_offs = can.port.bus_offs;
 }
 

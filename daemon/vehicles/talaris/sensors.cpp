@@ -37,7 +37,7 @@ void Sensors::configure(const Parameters& p) noexcept {
 void Sensors::begin(TimeNs now, bool stands) noexcept {
   now_ns_ = now;
   standby_.begin(now, std::span(imu_).first(imu_stuck() ? 0 : imu_count_), stands);
-  imu_count_ = range_count_ = flow_count_ = 0;
+  imu_count_ = range_count_ = flow_count_ = corner_count_ = 0;
   lossy_ -= lossy_ / kFrames_s;
   lost_in_frame_ = 0;
   errors_in_frame_ = 0;
@@ -81,6 +81,7 @@ void Sensors::take(const ImuStatus& status, TimeNs) noexcept {
 }
 
 void Sensors::take(const Range& range, TimeNs time) noexcept {
+  if (range.corner != 0) return take_corner(range, time);
   altimeter_ns_ = time;
   if (range.error != 0) {
     error_ = range.error;
@@ -93,6 +94,15 @@ void Sensors::take(const Range& range, TimeNs time) noexcept {
   range_ns_ = time;
   if (range_count_ < kMaxRanges)
     range_[range_count_++] = {.time_ns = time, .range_m = range.range_m};
+}
+
+void Sensors::take_corner(const Range& range, TimeNs time) noexcept {
+  if (range.error != 0 || range.corner > kCornerAltimeters) return;
+  corner_ns_[range.corner - 1u] = time;
+  if (corner_count_ == kMaxCorners) return;
+  std::size_t at = corner_count_++;
+  for (; at > 0 && corner_[at - 1].time_ns > time; --at) corner_[at] = corner_[at - 1];
+  corner_[at] = {.time_ns = time, .range_m = range.range_m, .corner = range.corner};
 }
 
 void Sensors::take(const Flow& flow, TimeNs time) noexcept {
@@ -131,7 +141,8 @@ gnc::talaris::Batch Sensors::batch() noexcept {
   return {.imu = standby_.with(std::span(imu_).first(imu_stuck() ? 0 : imu_count_)),
           .ranges = std::span(range_).first(range_count_),
           .end_ns = now_ns_,
-          .flows = std::span(flow_).first(flow_count_)};
+          .flows = std::span(flow_).first(flow_count_),
+          .corners = std::span(corner_).first(corner_count_)};
 }
 
 double Sensors::age_s(TimeNs since) const noexcept {
@@ -144,6 +155,10 @@ bool Sensors::imu_silent() const noexcept {
 
 bool Sensors::altimeter_lost() const noexcept {
   return range_ns_ == 0 || now_ns_ - range_ns_ > altimeter_silent_ns_;
+}
+
+bool Sensors::corner_lost(std::size_t corner) const noexcept {
+  return corner_ns_[corner] == 0 || now_ns_ - corner_ns_[corner] > altimeter_silent_ns_;
 }
 
 bool Sensors::camera_lost() const noexcept {

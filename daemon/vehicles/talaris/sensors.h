@@ -62,6 +62,8 @@ class Sensors {
   std::uint64_t range_errors_in_all() const noexcept { return errors_; }
   TimeNs altimeter_ns() const noexcept { return altimeter_ns_; }  // also of errors
 
+  bool corner_lost(std::size_t corner) const noexcept;  // an altimeter there, 0 to 3
+
   // Camera.
   bool camera_lost() const noexcept;  // silent, or out of its rhythm
   TimeNs camera_ns() const noexcept { return camera_ns_; }
@@ -77,11 +79,12 @@ class Sensors {
   std::array<double, 3> load_Nm() const noexcept;
 
  private:
-  static constexpr std::size_t kMaxImu = 64, kMaxRanges = 8, kMaxFlows = 32;
+  static constexpr std::size_t kMaxImu = 64, kMaxRanges = 8, kMaxFlows = 32, kMaxCorners = 20;
 
   void take(const ImuPacket& packet, TimeNs time) noexcept;
   void take(const ImuStatus& status, TimeNs time) noexcept;
   void take(const Range& range, TimeNs time) noexcept;
+  void take_corner(const Range& range, TimeNs time) noexcept;
   void take(const StandbyPacket& second, TimeNs time) noexcept {
     standby_.take(second.packet, time);
   }
@@ -120,6 +123,10 @@ class Sensors {
   int repeats_ = 0;
   std::uint8_t error_ = 0, errors_in_frame_ = 0;
   std::uint64_t errors_ = 0;
+
+  std::array<gnc::talaris::RangeSample, kMaxCorners> corner_{};  // in the order of time
+  std::size_t corner_count_ = 0;
+  std::array<TimeNs, kCornerAltimeters> corner_ns_{};
 
   TimeNs camera_ns_ = 0, frame_of_camera_ns_ = 0;
 

@@ -10,6 +10,8 @@ namespace {
 
 using gnc::talaris::NavState;
 
+constexpr double kSilent_s = 0.4;  // an altimeter: three readings
+
 // Share of the weight that the fans carry, above which it may slide on a slope.
 constexpr double kLight = 0.5;
 
@@ -97,8 +99,11 @@ void Vehicle::guide(TimeNs now) noexcept {
   in.nav.valid = in.nav.valid && sensors_.imu_heard();
   in.imu_age_s = sensors_.imu_age_s();
   feel_ground(in);
-  in.range_m = sensors_.range_m();
-  in.range_age_s = sensors_.range_age_s();
+  const gnc::talaris::RangeSample corners = range_by_corners();
+  const bool by_corners = corners.time_ns != 0;
+  in.range_m = by_corners ? corners.range_m : sensors_.range_m();
+  in.range_age_s =
+      by_corners ? static_cast<double>(age_of(corners.time_ns)) * 1e-9 : sensors_.range_age_s();
   // Both nodes at once: the bus is cut. They shut and slow down by themselves, and come back with
   // it.
   const bool valves = answers(kValveNode), fans = answers(kFanNode);
@@ -121,7 +126,7 @@ void Vehicle::guide(TimeNs now) noexcept {
   in.tank_kPa = sensors_.tank_kPa();
   in.regulated_kPa = sensors_.regulated_kPa();
   if (overrun_) in.faults |= gnc::talaris::kOverruns;
-  if (altimeter_repeats()) in.faults |= gnc::talaris::kAltimeterLost;
+  if (altimeter_repeats() && !by_corners) in.faults |= gnc::talaris::kAltimeterLost;
   if (sensors_.imu_stuck() && sensors_.imu_lost()) in.faults |= gnc::talaris::kImuLost;
   // Which of both is right nobody knows.
   if (sensors_.standby().disagrees() && output_.airborne && !disagreed_) flight_.land();
@@ -134,6 +139,16 @@ void Vehicle::guide(TimeNs now) noexcept {
 // In the air each reading differs. On the ground a good altimeter may say the same for long.
 bool Vehicle::altimeter_repeats() const noexcept {
   return output_.airborne && sensors_.range_repeats() >= parameters_.altimeter_repeats;
+}
+
+// That of the altimeter by those at the corners, when it repeats, says nothing or contradicts them.
+// time_ns 0: it is right, or they say nothing either.
+gnc::talaris::RangeSample Vehicle::range_by_corners() const noexcept {
+  const gnc::talaris::RangeSample& corners = navigation_.range_by_corners();
+  const double age = static_cast<double>(age_of(corners.time_ns)) * 1e-9;
+  const bool silent = sensors_.range_age_s() > kSilent_s && sensors_.range_age_s() > age;
+  const bool wrong = altimeter_repeats() || silent || navigation_.range_doubted();
+  return corners.time_ns != 0 && wrong && age <= kSilent_s ? corners : gnc::talaris::RangeSample{};
 }
 
 // Whether the IMU detects the ground; on the way down only, since valves and fans shake it.

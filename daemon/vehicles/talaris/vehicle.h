@@ -63,8 +63,9 @@ class Vehicle final : public Actor {
       solver_, bus_, orders_, sent_, enabled_, now_ns_, executed_ns_, data_requested_, overrun_,
       arming_, gate_failed_, cut_ns_, begun_, program_, port_, reboots_, emcys_, begun_ns_, resets_,
       imu_silent_told_, imu_stuck_told_, lossy_told_, test_told_, altimeter_told_,
-      altimeter_stuck_told_, camera_told_, standby_told_, disagree_told_, disagreed_, supply_told_,
-      load_cell_told_, script_told_, phase_, reaction_, faults_, pending_);
+      altimeter_stuck_told_, doubted_told_, corner_told_, camera_told_, standby_told_,
+      disagree_told_, disagreed_, supply_told_, load_cell_told_, script_told_, phase_, reaction_,
+      faults_, pending_);
   }
 
  private:
@@ -85,6 +86,7 @@ class Vehicle final : public Actor {
   void watch_link(std::size_t node, Supervisor& s) noexcept;
   void watch_imu(Supervisor& s) noexcept;
   void watch_altimeter(Supervisor& s) noexcept;
+  void watch_corners(Supervisor& s) noexcept;
   void watch_camera(Supervisor& s) noexcept;
   void watch_supply(Supervisor& s) noexcept;
   void tell_sense(Supervisor& s) const noexcept;
@@ -112,6 +114,7 @@ class Vehicle final : public Actor {
   int fan_step_us() const noexcept;
   void feel_ground(gnc::talaris::FlightInputs& in) noexcept;
   bool altimeter_repeats() const noexcept;
+  gnc::talaris::RangeSample range_by_corners() const noexcept;
   void actuate_flight() noexcept;
   void count_gas() noexcept;
   void describe_modules(Telemetry& out) const noexcept;
@@ -151,8 +154,9 @@ class Vehicle final : public Actor {
   Resets resets_;        // of modules
   bool camera_told_ = false, standby_told_ = false, disagree_told_ = false, disagreed_ = false,
        imu_silent_told_ = false, imu_stuck_told_ = false, lossy_told_ = false, test_told_ = false;
-  bool altimeter_told_ = false, altimeter_stuck_told_ = false, supply_told_ = false,
-       load_cell_told_ = false;
+  bool altimeter_told_ = false, altimeter_stuck_told_ = false, doubted_told_ = false,
+       supply_told_ = false, load_cell_told_ = false;
+  std::array<bool, kCornerAltimeters> corner_told_{};
   std::uint16_t script_told_ = 0;
   gnc::talaris::Phase phase_ = gnc::talaris::Phase::none;
   gnc::talaris::Reaction reaction_ = gnc::talaris::Reaction::none;

@@ -26,6 +26,7 @@ void Vehicle::watch(const lss::Inputs<Vehicle>& in, Supervisor& s) noexcept {
   watch_nodes(s);
   watch_imu(s);
   watch_altimeter(s);
+  watch_corners(s);
   watch_camera(s);
   watch_supply(s);
   watch_hand(s);
@@ -175,6 +176,15 @@ void Vehicle::watch_altimeter(Supervisor& s) noexcept {
   warn(stuck, altimeter_stuck_told_, faults::altimeter_stuck, kAltimeterModule, s);
   if (((s.controller().flags & kAltimeterLost) != 0) == lost) return;
   s.happen(lost ? event::altimeter_lost : event::altimeter_good);
+}
+
+void Vehicle::watch_corners(Supervisor& s) noexcept {
+  if (!parameters_.navigation.corners) return;
+  warn(navigation_.range_doubted(), doubted_told_, faults::altimeter_off, kAltimeterModule, s);
+  const bool expected = now_ns_ - begun_ns_ > kBoot;
+  for (std::size_t i = 0; i < kCornerAltimeters; ++i)
+    warn(expected && sensors_.corner_lost(i), corner_told_[i], faults::corner_altimeter_lost,
+         static_cast<std::uint16_t>(kFirstCorner + i), s);
 }
 
 void Vehicle::watch_camera(Supervisor& s) noexcept {

@@ -54,7 +54,8 @@ bool safe(const Flown& flown);   // upright, at most 1 m/s down and 0.5 m/s side
 bool wrong(const Flown& flown);  // says "as planned" and was not, by the world: safe, within 6 m
 FlightPlan wide_flight();
 std::string wide_section(unsigned seeds);
-std::string camera_section(unsigned seeds);  // the wide set with a camera
+std::string camera_section(unsigned seeds);   // the wide set with a camera
+std::string corners_section(unsigned seeds);  // and with altimeters at the corners
 // A single cause on the narrow dispersion, in a direction that goes with the seed.
 struct Alone {
   const char *name, *what, *value;

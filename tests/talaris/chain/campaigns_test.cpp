@@ -219,7 +219,8 @@ TEST(TalarisResults, Document) {
   std::string text = fmt::format(kBeginning, day, commit());
   text += "## Full hop\n" + hop_section(wanted("LSS_RESULTS_HOPS", 200));
   text += "\n## A day in the field\n" + wide_section(wanted("LSS_RESULTS_WIDE", 1000)) + "\n" +
-          camera_section(wanted("LSS_RESULTS_CAMERA", 1000));
+          camera_section(wanted("LSS_RESULTS_CAMERA", 1000)) + "\n" +
+          corners_section(wanted("LSS_RESULTS_CORNERS", 200));
   text += "\n## Single causes\n" + alone_section(wanted("LSS_RESULTS_ALONE", 100));
   text += "\n## The edge of the envelope\n" +
           edge_section(wanted("LSS_RESULTS_EDGE", 40), LSS_RESULTS_PICTURE);

@@ -63,6 +63,10 @@ Chain::Chain(const Options& options)
     if (parameters_.buses.has_standby && line.name == "standby_imu")
       standby_.emplace(line, std::make_unique<Crossbow>(parameters_.buses.standby),
                        options.seed + 7, kBegin);
+    if (parameters_.buses.has_corners && line.name.starts_with("corner_"))
+      corners_.push_back(std::make_unique<Line>(
+          line, std::make_unique<Ar1000>(parameters_.buses.altimeter),
+          options.seed + 8 + static_cast<unsigned>(corners_.size()), kBegin));
   }
   // The clocks of OBC and vehicle do not know of each other.
   std::mt19937 random(options.seed);
@@ -86,11 +90,13 @@ void Chain::check_valves() {
 
 TimeNs Chain::next_event() {
   check_valves();
+  TimeNs corners_ns = kNever;
+  for (const auto& corner : corners_) corners_ns = std::min(corners_ns, corner->next_wake());
   return std::min({step_ns_, imu_.next_wake(), altimeter_.next_wake(), wire_->next_wake(),
                    std::max(master_.next_wake(), now_ns_ + 1),
                    std::max(valves_.next_wake(), now_ns_ + 1), grid_.deadline(), release_ns_,
                    heartbeat_ns_, camera_ ? camera_->next_wake() : kNever,
-                   standby_ ? standby_->next_wake() : kNever});
+                   standby_ ? standby_->next_wake() : kNever, corners_ns});
 }
 
 void Chain::dispatch() {
@@ -112,6 +118,7 @@ void Chain::dispatch() {
   altimeter_.turn(now_ns_);
   if (camera_) camera_->turn(now_ns_);
   if (standby_) standby_->turn(now_ns_);
+  for (const auto& corner : corners_) corner->turn(now_ns_);
   turn_can();
   begin_frame();
 }
@@ -225,6 +232,13 @@ void Chain::frame(const Boundary& boundary) {
     }
     collect([&](TalarisSample& s) { return samples_.pop(s, in_.time_ns); });
     if (camera_) collect([&](TalarisSample& s) { return camera_->pop(s, in_.time_ns); });
+    for (std::size_t i = 0; i < corners_.size(); ++i) {
+      collect([&](TalarisSample& s) {
+        if (!corners_[i]->pop(s, in_.time_ns)) return false;
+        of_corner(s, static_cast<std::uint8_t>(i + 1));
+        return true;
+      });
+    }
   });
   in_.bus = {.imu = imu_.report(),
              .altimeter = altimeter_.report(),
@@ -309,9 +323,11 @@ std::vector<Chain::Memory> Chain::memory() {
 
 std::vector<Chain::Memory> Chain::more_memory() {
   std::vector<Memory> all;
-  for (Line* line :
-       {&imu_, &altimeter_, camera_ ? &*camera_ : nullptr, standby_ ? &*standby_ : nullptr}) {
-    if (line == nullptr) continue;
+  std::vector<Line*> lines{&imu_, &altimeter_};
+  if (camera_) lines.push_back(&*camera_);
+  if (standby_) lines.push_back(&*standby_);
+  for (const auto& corner : corners_) lines.push_back(corner.get());
+  for (Line* line : lines) {
     all.push_back({"heap", line->driver_memory()});
     for (const auto& more : line->memory()) all.push_back({"sensor lines", more});
   }

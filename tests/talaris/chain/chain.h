@@ -110,6 +110,7 @@ class Chain final : public testing_support::VirtualChain<Vehicle, Mode, Paramete
   // The daemon's buses and the actuate thread's part.
   Line imu_, altimeter_;
   std::optional<Line> camera_, standby_;
+  std::vector<std::unique_ptr<Line>> corners_;
   HopperBus master_;
   Twin<sizeof(HopperBus)> master_twin_;
   HopperCan::Report can_{};

@@ -275,6 +275,12 @@ std::string camera_section(unsigned seeds) {
          wide_flights(with_camera(wide_flight()), seeds);
 }
 
+std::string corners_section(unsigned seeds) {
+  return "### With altimeters at the corners\nThe same with four more altimeters, each with a bias "
+         "of its own of up to that of the first.\n\n" +
+         wide_flights(with_corner_altimeters(wide_flight()), seeds);
+}
+
 const std::array<Alone, 3> kAlone = {{
     {"centre_of_mass", "centre of mass off sideways", "10 mm",
      [](TalarisOptions& w, double to_rad) {

@@ -152,6 +152,12 @@ FlightPlan with_standby_imu(FlightPlan plan) {
       [](Parameters& p) { p.buses.has_standby = true; });
 }
 
+FlightPlan with_corner_altimeters(FlightPlan plan) {
+  return with(
+      std::move(plan), [](TalarisOptions& world) { world.corner_altimeters = true; },
+      [](Parameters& p) { p.buses.has_corners = p.navigation.corners = true; });
+}
+
 Flown fly(const FlightPlan& plan, unsigned seed) {
   Flown flown;
   flown.seed = seed;

@@ -64,6 +64,7 @@ struct Flown {
 // The same with a sensor beyond those as built.
 FlightPlan with_camera(FlightPlan plan);
 FlightPlan with_standby_imu(FlightPlan plan);
+FlightPlan with_corner_altimeters(FlightPlan plan);
 
 Flown fly(const FlightPlan& plan, unsigned seed);
 

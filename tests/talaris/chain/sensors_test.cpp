@@ -1,4 +1,5 @@
-// Sensors beyond those as built: a camera, and a second IMU; with and without failures of them.
+// Sensors beyond those as built: a camera, a second IMU, and altimeters at the corners; with and
+// without failures of them.
 
 #include <gtest/gtest.h>
 
@@ -84,6 +85,74 @@ TEST(TalarisCamera, OneThatLiesCostsNoFlight) {
   }
   for (const char* fault : {"camera-off:0.16", "camera-off:0.5", "camera-off:3"}) {
     expect_gentle(with_camera({.faults = {fault}, .fault_s = 0.1}), 2);
+  }
+}
+
+FlightPlan over_a_floor(FlightPlan plan) {
+  plan.adjust = [](Parameters& p) {
+    p.navigation.ground_slope_rad = 0;
+    p.navigation.range_sigma_m = 0.004;
+  };
+  return plan;
+}
+
+// Over a floor that is known to be level they keep the attitude, and so place and speed; and
+// navigation knows how well: the mean square of 16 errors is 1 +- 0.35.
+TEST(TalarisCorners, KeepThePlaceOverAFloor) {
+  double squares = 0;
+  for (unsigned seed = 301; seed <= 308; ++seed) {
+    const Flown with = fly(with_corner_altimeters(over_a_floor({})), seed);
+    SCOPED_TRACE(with.text());
+    EXPECT_TRUE(with.succeeded);
+    EXPECT_LT(with.sigma_m, 0.55);    // 0.68 without them
+    EXPECT_LT(with.sigma_m_s, 0.09);  // 0.12
+    squares += (with.nav_along_m * with.nav_along_m + with.nav_across_m * with.nav_across_m) /
+               (16 * with.sigma_m * with.sigma_m);
+  }
+  EXPECT_LT(squares, 1.7);
+  const Flown without = fly(over_a_floor({}), 301);
+  EXPECT_GT(without.sigma_m, 0.6);
+}
+
+TEST(TalarisCorners, FlyTheWideSetAsWithoutThem) {
+  for (const unsigned seed : {1u, 31u, 34u}) {
+    const Flown flown = fly(with_corner_altimeters(wide_flight()), seed);
+    SCOPED_TRACE(flown.text());
+    EXPECT_TRUE(safe(flown));
+    EXPECT_LT(flown.off_m(), kMostOff_m);
+    EXPECT_TRUE(flown.faults.empty());
+  }
+}
+
+// The one in the middle fails, or lies: they replace it.
+TEST(TalarisCorners, TheLossOfTheAltimeterCostsNoFlight) {
+  for (const char* fault : {"altimeter-silent", "altimeter-error", "altimeter-stuck",
+                            "altimeter-offset:0.8", "altimeter-offset:-0.8"}) {
+    for (const double at_s : {6.0, 14.0}) {
+      const Flown flown = fly(with_corner_altimeters({.faults = {fault}, .fault_s = at_s}), 302);
+      SCOPED_TRACE(std::string(fault) + ": " + flown.text());
+      EXPECT_TRUE(flown.succeeded);
+      EXPECT_TRUE(safe(flown));
+      EXPECT_LT(flown.height_error_m, 0.3);
+      EXPECT_EQ(std::ranges::count(flown.faults, faults::altitude_lost), 0);
+      const bool lies = std::string_view(fault).starts_with("altimeter-offset");
+      EXPECT_EQ(
+          std::ranges::count(flown.faults, lies ? faults::altimeter_off : faults::altimeter_lost),
+          std::string_view(fault) == "altimeter-stuck" ? 0 : 1);
+    }
+  }
+}
+
+// Without one of the four, or with one that lies, it flies as built.
+TEST(TalarisCorners, TheLossOfOneOfThemCostsNoFlight) {
+  for (const char* fault : {"corner-silent:3", "corner-offset:2:0.5", "corner-offset:4:0.2"}) {
+    const Flown flown = fly(with_corner_altimeters({.faults = {fault}, .fault_s = 6}), 303);
+    SCOPED_TRACE(std::string(fault) + ": " + flown.text());
+    EXPECT_TRUE(flown.succeeded);
+    EXPECT_TRUE(safe(flown));
+    EXPECT_EQ(std::ranges::count(flown.faults, faults::corner_altimeter_lost),
+              std::string_view(fault) == "corner-silent:3" ? 1 : 0);
+    EXPECT_EQ(std::ranges::count(flown.faults, faults::altimeter_off), 0);
   }
 }
 

@@ -205,6 +205,22 @@ TEST(Buses, APortThatNothingReadsIsNamed) {
               testing::HasSubstr("nothing reads the port \"kamera\""));
 }
 
+TEST(Buses, AltimetersAtTheCornersHaveFourPortsOfOneKind) {
+  Rig rig;
+  const auto wrong = [&] { return Buses(rig.config, rig.parameters).wrong_configuration(); };
+  rig.config.ports.push_back({.name = "corner_1", .path = "/dev/corner_1"});
+  EXPECT_THAT(wrong(), testing::HasSubstr("set present = true in [talaris.corner_altimeters]"));
+  rig.parameters.has_corners = true;
+  EXPECT_THAT(wrong(), testing::HasSubstr("no [[port]] with name = \"corner_2\""));
+  const auto baud = std::ranges::find(rig.config.ports, "altimeter", &config::Port::name)->baud;
+  rig.config.ports.back().baud = baud;
+  for (const char* name : {"corner_2", "corner_3", "corner_4"})
+    rig.config.ports.push_back({.name = name, .path = "/dev/" + std::string(name), .baud = baud});
+  EXPECT_EQ(wrong(), "");
+  rig.config.ports.back().baud = 2 * baud;
+  EXPECT_THAT(wrong(), testing::HasSubstr("give both one baud"));
+}
+
 TEST(Buses, TheFrameIsAsLongAsTheImuSays) {
   Rig rig;
   rig.parameters.landmark.packets_per_frame = 40;

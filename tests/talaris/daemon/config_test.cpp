@@ -84,6 +84,9 @@ TEST(TalarisConfig, TheExampleContainsTheDefaults) {
   EXPECT_EQ(n.stand.attitude_sigma_rad, m.stand.attitude_sigma_rad);
   EXPECT_EQ(n.gravity_m_s2, m.gravity_m_s2);
   EXPECT_EQ(n.camera, m.camera);
+  EXPECT_EQ(n.corners, m.corners);
+  EXPECT_EQ(n.corner_y_m, m.corner_y_m);
+  EXPECT_EQ(n.corner_z_m, m.corner_z_m);
   EXPECT_EQ(n.flow_period_s, m.flow_period_s);
   EXPECT_EQ(n.flow_sigma_rad_s, m.flow_sigma_rad_s);
   EXPECT_EQ(n.flow_scale_sigma, m.flow_scale_sigma);

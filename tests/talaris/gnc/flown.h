@@ -40,7 +40,10 @@ class Flown {
   std::vector<ImuSample> imu;
   std::vector<RangeSample> ranges;
   std::vector<FlowSample> flows;  // with a camera
-  double wall_m = 8;              // distance of the wall from the origin, pointing sideways
+  std::vector<RangeSample> corners;
+  double slope = 0;                     // of the ground, along z
+  std::array<double, 5> range_off_m{};  // of the altimeter in the middle, and of the corners
+  double wall_m = 8;                    // distance of the wall from the origin, pointing sideways
   double ground_m = 0;
   bool quantised = true;
   bool flying = false;
@@ -52,16 +55,18 @@ class Flown {
     imu.clear();
     ranges.clear();
     flows.clear();
+    corners.clear();
     const std::int64_t end_ns = now_ns + kFrame_ns;
     while (now_ns + period_ns <= end_ns) {
       now_ns += period_ns;
       sample();
       if (now_ns >= next_range_ns_) range();
       if (parameters.camera && now_ns >= next_flow_ns_) flow();
+      if (parameters.corners && now_ns >= next_corner_ns_) corner();
     }
     return batch();
   }
-  Batch batch() const { return {imu, ranges, now_ns, flows}; }
+  Batch batch() const { return {imu, ranges, now_ns, flows, corners}; }
 
   double normal(double sigma) { return std::normal_distribution<double>(0, sigma)(engine_); }
   Vector3 vector(double sigma) { return {normal(sigma), normal(sigma), normal(sigma)}; }
@@ -132,14 +137,35 @@ class Flown {
 
   void range() {
     next_range_ns_ = now_ns + 97'000'000 + static_cast<std::int64_t>(engine_() % 6'000'000);
-    const bool down = parameters.pointing == Pointing::down;
-    const int axis = down ? 0 : 2;
-    const Vector3 from = truth.p + truth.q * parameters.altimeter_at_B_m;
-    const Vector3 along = truth.q * (down ? Vector3(-Vector3::UnitX()) : Vector3::UnitZ());
-    double r = ((down ? ground_m : wall_m) - from(axis)) / along(axis);
+    const Vector3& at = parameters.altimeter_at_B_m;
+    double r = 0;
+    if (parameters.pointing == Pointing::down) {
+      r = distance(at);
+    } else {
+      const Vector3 from = truth.p + truth.q * at, along = truth.q * Vector3::UnitZ();
+      r = (wall_m - from.z()) / along.z();
+    }
+    ranges.push_back({now_ns, measured(r + range_off_m[0])});
+  }
+
+  // One of the four after the other.
+  void corner() {
+    next_corner_ns_ = now_ns + 24'000'000;
+    const auto i = corner_++ % kCorners;
+    const Vector3 at(parameters.corner_x_m, i < 2 ? parameters.corner_y_m : -parameters.corner_y_m,
+                     i == 0 || i == 3 ? parameters.corner_z_m : -parameters.corner_z_m);
+    corners.push_back(
+        {now_ns, measured(distance(at) + range_off_m[i + 1]), static_cast<std::uint8_t>(i + 1)});
+  }
+
+  // Straight down to the ground.
+  double distance(const Vector3& at) const {
+    const Vector3 from = truth.p + truth.q * at, along = truth.q * Vector3(-Vector3::UnitX());
+    return (ground_m + slope * from.z() - from.x()) / (along.x() - slope * along.z());
+  }
+  double measured(double r) {
     r += normal(parameters.range_sigma_m);
-    if (quantised) r = std::round(r * 1000) / 1000;
-    ranges.push_back({now_ns, r});
+    return quantised ? std::round(r * 1000) / 1000 : r;
   }
 
   void flow() {
@@ -157,7 +183,8 @@ class Flown {
   std::mt19937_64 engine_;
   double phase_[6];
   double t_ = 0;
-  std::int64_t next_range_ns_ = 0, next_flow_ns_ = 0;
+  std::int64_t next_range_ns_ = 0, next_flow_ns_ = 0, next_corner_ns_ = 0;
+  std::size_t corner_ = 0;
   Vector3 passed_ = Vector3::Zero();  // the camera, since its last sample
 };
 

@@ -42,6 +42,10 @@ constexpr FaultArgument kNoise[] = {{"FACTOR", "on its noise", 0, 10'000}};
 constexpr FaultArgument kError[] = {{"NUMBER", "after the E", 1, 99, true, true, 15}};
 constexpr FaultArgument kOffset[] = {{"M", "metres too far", -30, 30}};
 
+constexpr FaultArgument kCorner = {"CORNER", "1-4", 1, 4, true};
+constexpr FaultArgument kCorner1[] = {kCorner};
+constexpr FaultArgument kCornerOffset[] = {kCorner, {"M", "metres too far", -30, 30}};
+
 constexpr FaultArgument kFlow[] = {{"RAD_S", "rad/s along both axes", -10, 10}};
 
 constexpr FaultArgument kValve[] = {{"VALVE", "1-8", 1, 8, true}};
@@ -72,6 +76,8 @@ constexpr FaultKind kFaultKinds[] = {
     {"altimeter-offset", kOffset, "the altimeter is off by so much"},
     {"altimeter-range", {}, "the altimeter has no target"},
     {"altimeter-stuck", {}, "the altimeter repeats its last reading"},
+    {"corner-silent", kCorner1, "an altimeter at a corner says nothing", false, 1},
+    {"corner-offset", kCornerOffset, "an altimeter at a corner is off by so much", false, 1},
     {"camera-silent", {}, "the camera says nothing"},
     {"camera-blind", {}, "the camera sees nothing: dust, darkness, even ground"},
     {"camera-off", kFlow, "the camera is off by so much"},
@@ -99,7 +105,7 @@ std::span<const FaultKind> fault_kinds() { return kFaultKinds; }
 
 void Talaris::set_fault(const Fault& fault, bool attach) {
   if (set_imu_fault(fault, attach) || set_altimeter_fault(fault, attach) ||
-      set_camera_fault(fault, attach))
+      set_corner_fault(fault, attach) || set_camera_fault(fault, attach))
     return;
   const std::lock_guard lock(mutex_);
   set_actuator_fault(fault, attach) || set_named_node_fault(fault, attach);
@@ -165,6 +171,27 @@ bool Talaris::set_altimeter_fault(const Fault& fault, bool attach) {
     return false;
   }
   altimeter_.set_faults(faults);
+  return true;
+}
+
+bool Talaris::set_corner_fault(const Fault& fault, bool attach) {
+  const std::string_view name = fault.kind->name;
+  if (!name.starts_with("corner-")) return false;
+  if (corners_.empty()) {
+    fmt::print(stderr,
+               "lss-sim: {} does nothing: there are no altimeters at the corners, see "
+               "--corner-altimeters\n",
+               to_text(fault));
+    return true;
+  }
+  Altimeter& corner = *corners_[static_cast<std::size_t>(fault.values.front()) - 1];
+  AltimeterFaults faults = corner.faults();
+  if (name == "corner-silent") {
+    faults.silent = attach;
+  } else {
+    faults.offset_m = attach ? fault.values.back() : 0;
+  }
+  corner.set_faults(faults);
   return true;
 }
 

@@ -206,6 +206,8 @@ class TalarisKind final : public VehicleKind {
         ->check(CLI::Range(-1.0, 1.0));
     number_option(command, "--altimeter-noise", options_.altimeter.noise_m, "standard deviation, m",
                   0.0, 1.0);
+    command.add_flag("--corner-altimeters", options_.corner_altimeters,
+                     "four more altimeters, on the lines \"corner_1\" to \"corner_4\"");
     command.add_flag("--camera", options_.camera.present,
                      "a camera on the line \"camera\", beside the altimeter");
     command.add_flag("--load-cell", load_cell_, "node 0x22 also where the stand has none");

@@ -1,12 +1,16 @@
 #include "tools/lss-sim/talaris/vehicle.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
+#include <random>
 
 namespace lss::sim::talaris {
 namespace {
 
 // Five sets of lithium polymer packs (TALARIS thesis 2.3.4): 51.8 V, 45 s at full throttle.
 constexpr double kBattery_V = 51.8, kInside_Ohm = 0.005, kEmpty_V = 4, kCharge_J = 1.44e6;
+constexpr unsigned kCorners = 4;
 constexpr double kFull_W = 8'000;  // of a fan at 33,000 rpm
 constexpr double kRated_rpm = 33'000;
 constexpr double kShaking_rpm = 29'400;  // of ImuOptions::vibration
@@ -39,6 +43,12 @@ Talaris::Talaris(const TalarisOptions& options)
     second.kind = ImuKind::crossbow;
     standby_imu_ = make_imu(second, options.seed + 7);
   }
+  for (unsigned i = 0; options.corner_altimeters && i < kCorners; ++i) {
+    AltimeterOptions own = options.altimeter;
+    std::mt19937 random(options.seed * kCorners + i);
+    own.bias_m *= std::uniform_real_distribution(-1.0, 1.0)(random);
+    corners_.push_back(std::make_unique<Altimeter>(own, options.seed + 8 + i));
+  }
   if (options.load_cell.value_or(options.plant.stand == Stand::load)) {
     load_cell_.emplace(options.seed + LoadCellNode::kId);
   }
@@ -62,6 +72,11 @@ std::vector<SerialLine> Talaris::lines() {
   if (standby_imu_)
     all.push_back(
         {.name = "standby_imu", .device = standby_imu_.get(), .baud = 38'400, .frame_begin = 'G'});
+  for (std::size_t i = 0; i < corners_.size(); ++i)
+    all.push_back({.name = fmt::format("corner_{}", i + 1),
+                   .device = corners_[i].get(),
+                   .baud = 9'600,
+                   .frame_begin = 'D'});
   return all;
 }
 
@@ -109,6 +124,7 @@ void Talaris::step() {
   imu_->step(felt);
   if (standby_imu_) standby_imu_->step(felt);
   altimeter_.step(range_m());
+  for (std::size_t i = 0; i < corners_.size(); ++i) corners_[i]->step(corner_range_m(i));
   camera_.step(ground_passes_rad_s());
 }
 
@@ -132,6 +148,12 @@ std::optional<double> Talaris::range_m() const {
   const Vector3 along =
       pointing_of(options_) == Pointing::down ? Vector3(-1, 0, 0) : Vector3(0, 0, 1);
   return plant_.distance_m(options_.altimeter_at_m, along, options_.altimeter.most_rad);
+}
+
+std::optional<double> Talaris::corner_range_m(std::size_t corner) const {
+  const Vector3 at_m(0, corner < 2 ? options_.corner_y_m : -options_.corner_y_m,
+                     corner % 3 == 0 ? options_.corner_z_m : -options_.corner_z_m);
+  return plant_.distance_m(at_m, Vector3(-1, 0, 0), options_.altimeter.most_rad);
 }
 
 nlohmann::ordered_json Talaris::truth() const {

@@ -1,6 +1,6 @@
 #pragma once
 
-// TALARIS as its Locomotion Controller sees it: IMUs, an altimeter and a camera on serial lines,
+// TALARIS as its Locomotion Controller sees it: IMUs, altimeters and a camera on serial lines,
 // valves, fans and on test stands a load cell as nodes on a CAN bus, and the vehicle behind them.
 // The entry for lss-sim's roster, and the vehicle itself for tests that step it without threads:
 //
@@ -42,6 +42,10 @@ struct TalarisOptions {
   ImuOptions imu{};
   bool standby_imu = false;  // a second one, a Crossbow with the errors of the first one's options
   AltimeterOptions altimeter{};
+  // Four more at the corners, with biases of their own up to that of the first: +y +z, +y -z,
+  // -y -z, -y +z from the IMU.
+  bool corner_altimeters = false;
+  double corner_y_m = 0.38, corner_z_m = 0.495;
   FlowCameraOptions camera{};
   AirOptions air{};
   std::optional<Pointing> pointing{};        // unset: sideways on rail and sled, otherwise down
@@ -108,6 +112,7 @@ class Talaris final : public Vehicle, public nodes::NodeBus {
   const TalarisOptions& options() const { return options_; }
   Imu& imu() { return *imu_; }
   Altimeter& altimeter() { return altimeter_; }
+  Altimeter& corner_altimeter(std::size_t corner) { return *corners_[corner]; }
   FlowCamera& camera() { return camera_; }
   const Plant& plant() const { return plant_; }
   const ColdGas& gas() const { return gas_; }
@@ -117,6 +122,7 @@ class Talaris final : public Vehicle, public nodes::NodeBus {
   const LoadCellNode& load_cell() const { return load_cell_.value(); }
   double voltage_V() const;
   std::optional<double> range_m() const;  // the true range of the altimeter
+  std::optional<double> corner_range_m(std::size_t corner) const;
 
  private:
   Wrench act();
@@ -124,6 +130,7 @@ class Talaris final : public Vehicle, public nodes::NodeBus {
   bool set_imu_fault(const Fault& fault, bool attach);
   bool set_camera_fault(const Fault& fault, bool attach);
   bool set_altimeter_fault(const Fault& fault, bool attach);
+  bool set_corner_fault(const Fault& fault, bool attach);
   bool set_named_node_fault(const Fault& fault, bool attach);
   bool set_actuator_fault(const Fault& fault, bool attach);
 
@@ -132,6 +139,7 @@ class Talaris final : public Vehicle, public nodes::NodeBus {
   Air air_;
   std::unique_ptr<Imu> imu_, standby_imu_;
   Altimeter altimeter_;
+  std::vector<std::unique_ptr<Altimeter>> corners_;
   FlowCamera camera_;
 
   // The mutex guards all below: shared by physics, the bus and faults.
