@@ -34,12 +34,11 @@ constexpr const char* kSand = "sand:1.5";
 TEST(WheelResults, SinksAsAMeasuredOneAtLittleSlipAndNeverPullsMore) {
   const Soil sand = parse_soil(kSand);
   std::string text = fmt::format(
-      "A smooth wheel of 125 mm, 60 mm wide, 20 to 26 N, 10 mm/s, in sand: Q. Yu, C. Pavlov, W. "
-      "Kim, A. M. Johnson, \"Modeling wheeled\nlocomotion in granular media using 3D-RFT and sand "
-      "deformation\", Journal of Terramechanics 115, 2024; means of three runs from the\ndata in "
-      "their public repository (3D-RFT-wheel, commit cdd8f8f). That sand's constants are not "
-      "known: the model is `{}`, fitted to\nthe depth without slip and to nothing else. *Pull*: "
-      "drawbar pull by load; slip is negative when the wheel is braked.\n\n"
+      "A smooth wheel of 125 mm, 60 mm wide, 20 to 26 N, 10 mm/s: Q. Yu, C. Pavlov, W. Kim, A. M. "
+      "Johnson, \"Modeling wheeled locomotion\nin granular media using 3D-RFT and sand "
+      "deformation\", Journal of Terramechanics 115, 2024; means of three runs (repository\n"
+      "3D-RFT-wheel, commit cdd8f8f). The model is `{}`, fitted to the depth without slip only. "
+      "*Pull*: drawbar pull by load; slip is\nnegative when the wheel is braked.\n\n"
       "| slip | pull, measured | model | model with K 10 mm | depth, measured, mm | model |\n"
       "|---|---|---|---|---|---|\n",
       kSand);

@@ -138,15 +138,11 @@ TEST(ArditoSoil, OneWheelDigsIn) {
     std::fflush(stdout);
   });
   std::string text = fmt::format(
-      "On regolith, at 0.3 m/s, one wheel (1 to 6 in turn) comes to much softer soil; then by "
-      "command "
-      "backward for 30 s at most; seeds {} to {}\n(the limits were chosen with others). *Noticed*: "
-      "`wheel_embedded` of this wheel; *after*: from its axle's way into the patch; "
-      "*stuck*:\nstopped "
-      "as stuck instead; *depth* of the wheel and *in*, way of its axle into the patch: at most; "
-      "*stopped*: all wheels stand 2 s later;\n*out*: less than 20 mm deep, so long after the "
-      "wheels "
-      "began to turn back.\n\n"
+      "On regolith, at 0.3 m/s, one wheel (1 to 6 in turn) comes to much softer soil; then "
+      "backward for 30 s at most; seeds {} to {} (limits were\nchosen with others). *Noticed*: "
+      "`wheel_embedded` of this wheel, *after* its axle came to the patch; *stuck*: stopped as "
+      "stuck instead; at\nmost: *depth* of the wheel, *in*, way of its axle into the patch; "
+      "*stopped*: within 2 s; *out*: less than 20 mm deep, so long after it turned back.\n\n"
       "| soil of the patch | ground | slope, deg | noticed | after, s | stuck | depth till then, "
       "mm | stopped | in, m | out | after, s |\n"
       "|---|---|---|---|---|---|---|---|---|---|---|\n",

@@ -276,11 +276,9 @@ TEST(ArditoSoil, DigsIn) {
     runs[i] = dig_in(soil, slope_deg, seeds[i % seeds.size()]);
   });
   std::string text = fmt::format(
-      "Up a slope that is too steep, at 0.3 m/s in the Earth's gravity, then by command backward "
-      "for 4 s; seeds {} to {}. *Noticed*: from\nthe wheels' start to `rover_stuck`; *depth* of "
-      "the "
-      "deepest wheel; *stopped*: all wheels stand 2 s later; *out*: more than 0.5 m\nback, and not "
-      "stuck again.\n\n"
+      "Up a slope that is too steep, at 0.3 m/s on the Earth, then backward for 4 s; seeds {} to "
+      "{}. *Noticed*: from the wheels' start to\n`rover_stuck`; *depth* of the deepest wheel; "
+      "*stopped*: within 2 s; *out*: more than 0.5 m back, and not stuck again.\n\n"
       "| soil | slope, deg | noticed | after, s | depth till then, mm | stopped | depth then, mm | "
       "out "
       "|\n|---|---|---|---|---|---|---|---|\n",

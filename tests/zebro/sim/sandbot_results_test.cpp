@@ -115,13 +115,12 @@ constexpr const char* kMethod =
     "A robot of 2.3 kg, 30 cm long, six C-shaped legs, alternating tripods, on 1 mm poppy seeds: "
     "C. Li et al., PNAS 106, 2009 (**only the\nabstract was read**). *Limb frequency*: mean rate "
     "of turn of a leg; *loose*, *middle*, *close*, *firm*: 0.248, 0.356, 0.464, 46.4 N/cm3.\n"
-    "Cells: speed in cm/s, share of the time in which the middle of the underside is above the "
-    "surface. Nothing is fitted. **From memory**:\nlegs of 71 mm, 10 mm wide, hips 25 mm above the "
-    "underside, both gaits. Ours: places of the hips, width of the body, half circles as\nlegs, "
-    "legs that turn as ordered under any load.\n\nMeasured there: 30 cm/s at most with the "
-    "adjusted gait; with the hard gait 60 cm/s on hard ground, about 2 cm/s on seeds. Forces\nof "
-    "the model do not depend on speed: on close seeds the robot lies deeper from 24 rad/s on, but "
-    "is faster all the same.\n\n";
+    "Cells: speed in cm/s, share of the time with the middle of the underside above the surface. "
+    "Nothing is fitted. **From memory**: legs\nof 71 mm, 10 mm wide, hips 25 mm high, both gaits. "
+    "Ours: places of the hips, width, half circles as legs, which turn as ordered.\n\n"
+    "Measured there: at most 30 cm/s with the adjusted gait; with the hard gait 60 cm/s on hard "
+    "ground, about 2 cm/s on seeds. Forces of\nthe model do not depend on speed: on close seeds "
+    "the robot lies deeper from 24 rad/s on, but is faster.\n\n";
 
 TEST(SandBot, IsTheFasterTheFirmerTheSeedsAndTheFasterItsLegsAndStaysInLooseSeeds) {
   const bool writing = std::getenv("LSS_WRITE_RESULTS") != nullptr;

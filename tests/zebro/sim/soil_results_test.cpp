@@ -51,9 +51,8 @@ TEST(SoilResults, Zebro) {
   std::string text =
       "Measured " + testing_support::stamp(LSS_SOIL_DOCUMENT) +
       " by\n`LSS_WRITE_RESULTS=1 zebro_soil_results_test`: open-loop script, seed 4, level ground, "
-      "the two cycles after the\nfirst. Of tripod, tetrapod-B, wave: speed, mean depth of the "
-      "deepest leg, largest current of a leg and tilt.\n*Standing*: depth of all six after "
-      "standing up.\n\n"
+      "two cycles. Of tripod,\ntetrapod-B, wave: speed, depth of the deepest leg (mean), largest "
+      "current and tilt; *standing*: depth of all legs.\n\n"
       "| soil, gravity | speed, mm/s | depth, mm | standing, mm | current, A | tilt, deg |\n"
       "|---|---|---|---|---|---|\n";
   const auto add = [](std::string& list, double value, int digits) {
