@@ -5,9 +5,29 @@
 // samples between two corrections, by their common transition matrix, of which only a few 3 x 3
 // blocks are not known beforehand. Corrections are scalars, one after another.
 //
+// A sample (w_m, a_m) covers the time dt since the previous one. With w = w_m - b_g, a = a_m - b_a
+// and C = C(q exp(w dt/2)), q from B to N:
+//
+//   acc = C a + g      p += v dt + acc dt^2/2      v += acc dt      q <- q exp(w dt)
+//
+// Errors are (dp, dv, dth, db_a, db_g), true q = q exp(dth). With h = C(exp(w dt/2))^T:
+//
+//   dp' = dp + dv dt
+//   dv' = dv - C [a x] h dth dt - C db_a dt
+//   dth' = h h dth - h db_g dt                                       P <- F P F^T + Q
+//
+// A range runs along the beam b from r_a in B to a plane across the axis e of N (from plane to
+// vehicle; ground: x, wall: -z). With n = C^T e, c = -n.b:
+//
+//   range = (e.(p - plane) + n.r_a)/c      d/dp = e/c      d/dth = -(n x r_a + range n x b)^T/c
+//
+// Corrections have Joseph's form and the reset G = I - [dth/2 x]. The factor h, and noise of
+// gyroscopes and biases added once between corrections, differ from the usual filter, by less than
+// 1 % of each sigma (ekf_test).
+//
 // Attitude errors are kept about the axes of N (true q = exp(psi) q), because there the transition
-// needs sums only; covariance() gives them about the axes of B (true q = q exp(dth), psi = C dth).
-// Both are the same filter. Equations: docs/gnc-talaris.md.
+// needs sums only; covariance() gives them about the axes of B (psi = C dth). Both are the same
+// filter.
 
 #include "gnc/talaris/types.h"
 
@@ -106,9 +126,12 @@ class Ekf {
   void mirror() noexcept;
   void inject(const Column& correction) noexcept;
 
-  // Sums over the samples since the covariance was brought up to date (docs/gnc-talaris.md), which
-  // make up the transition matrix: derivatives by b_a (with the sign turned; of psi by b_g, too),
-  // by b_g, and by psi (as vectors: -[v x]).
+  // Sums over the samples since the covariance was brought up to date, which make up the transition
+  // matrix: derivatives by b_a (with the sign turned; of psi by b_g, too), by b_g, and by psi (as
+  // vectors: -[v x]). With f = C a, psi = C dth; ': before this sample:
+  //   dv/dpsi = -[S_f x]  S_f += f dt       dp/dpsi = -[S_s x]  S_s += S_f' dt
+  //   dv/db_a = -D        D += C dt         dp/db_a = -E        E += D' dt
+  //   dv/db_g = X         X += [f x] D' dt  dp/db_g = Y         Y += X' dt      dpsi/db_g = -D
   struct Sums {
     Eigen::Matrix<double, 3, 8> all = Eigen::Matrix<double, 3, 8>::Zero();  // the last is unused
     auto by_attitude() noexcept { return all.col(6); }

@@ -3,7 +3,7 @@
 // Navigation of TALARIS: position, velocity and attitude of the vehicle from the IMU and the
 // altimeter, per frame of 200 ms (TALARIS thesis 4.2). Calibrated standing still, then dead
 // reckoning with a Kalman filter that the altimeter corrects. No clock: times are data. A plain
-// value: copies run independently. Equations, decisions and figures: docs/gnc-talaris.md.
+// value: copies run independently. Decisions and limits: docs/gnc-talaris.md.
 
 #include "gnc/talaris/calibration.h"
 #include "gnc/talaris/ekf.h"

@@ -1,6 +1,6 @@
 #pragma once
 
-// The same filter written down as it stands in the document (docs/gnc-talaris.md): errors about the
+// The same filter written down as its equations stand in gnc/talaris/ekf.h: errors about the
 // axes of B, one dense 15 x 15 transition for each sample, dense corrections in Joseph's form. The
 // reference of gnc/talaris/ekf.h for its numbers and for its speed.
 
