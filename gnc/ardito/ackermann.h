@@ -4,6 +4,15 @@
 // to steering angles and hub speeds, and back (Ardito thesis 11.2.5, 11.2.6 and 17.7). Written
 // without r = f / sin(sigma), so that straight ahead and turning on the spot are ordinary cases and
 // nothing is clipped (E9, E10). Pure functions, callable from every thread.
+//
+// sigma is the direction and v the speed of the CM, f its distance from the middle axle, s =
+// sin(sigma), c = cos(sigma). For a wheel p ahead of the middle axle and q left of the centre line:
+//
+//   across = f c + q s    along = p s    alpha = atan(-along/across)  (steered wheels)
+//   hub = v/f sign(across) hypot(across, along)    yaw rate = v s/f
+//
+// On the spot (s, c) = (1, 0), v = Vtan f / 3.429 m. Inverse: (s, c) ~ (f sin(alpha), -p cos(alpha)
+// - q sin(alpha)).
 
 #include "gnc/ardito/direction.h"
 #include "gnc/ardito/parameters.h"

@@ -59,7 +59,8 @@ inline WheelPoses wheel_poses(const RockerAngles& angles, const Geometry& geomet
 }
 
 // Speed at the rim so that the CM moves as in the plane while the suspension moves the hub by (vx,
-// vz) relative to it. sign: +1 right, -1 as printed (E7, E1).
+// vz) relative to it: V = sign(u) sqrt((u cos(alpha) + vx)^2 + (u sin(alpha))^2 + vz^2). sign: +1
+// right, -1 as printed (E7, E1).
 double rim_speed_m_s(double plane_m_s, const Direction& steering, double vx_m_s, double vz_m_s,
                      double sign) noexcept;
 // Its exact inverse (E11). A rim slower than its hub has slipped; then 0 along the ground.
