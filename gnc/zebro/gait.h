@@ -3,8 +3,26 @@
 // Gaits as max-plus linear systems. A gait is an ordered partition of the legs into groups; each
 // group lifts off double_stance after the one before it has landed, in a ring. Pure functions, no
 // allocation, callable from every thread. Lopes, Kersbergen, De Schutter, van den Boom, Babuska:
-// "Modeling and Control of Legged Locomotion via Switching Max-Plus Models" (T-RO 2014); derivation
-// and symbols in docs/gait-zebro.md.
+// "Modeling and Control of Legged Locomotion via Switching Max-Plus Models" (T-RO 30(3), 2014), and
+// "Synchronization of a class of cyclic discrete-event systems describing legged locomotion" (arXiv
+// 1212.5525).
+//
+// In cycle k leg i lifts off at l_i(k) and touches down at t_i(k); a (+) b = max(a, b), a (x) b =
+// a + b, eps = -infinity; l_1 < ... < l_m are the groups:
+//
+//   t_i(k) = tau_f + l_i(k)
+//   l_i(k) = max( tau_g + t_i(k-1),  tau_Delta + t_j(k) for j in the group before,
+//                 tau_Delta + t_j(k-1) for j in l_m, when i is in l_1 )
+//
+//   x(k) = [t l] = A0 (x) x(k) (+) A1 (x) x(k-1) = A (x) x(k-1),   A = A0* (x) A1
+//
+//   A0 = [ eps   tau_f (x) E ]     A1 = [ E                  eps ]
+//        [ P     eps         ]          [ tau_g (x) E (+) Q  E   ]
+//
+// P has tau_Delta from each group to the next, Q from the last to the first; A0 is nilpotent (index
+// 2m). With tau_d = tau_f + tau_Delta the rhythm is lambda = max(tau_f + tau_g, m tau_d), in which
+// group j lifts off at (j - 1) tau_d; it is reached within two cycles from any start if tau_f +
+// tau_g <= m tau_d.
 
 #include <array>
 #include <cstddef>

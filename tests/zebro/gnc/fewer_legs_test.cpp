@@ -109,19 +109,30 @@ std::string creep_text(const Creep& creep) {
   return text;
 }
 
-// A row of the table in docs/gait-zebro.md: walking straight ahead.
-std::string row(LegSet isolated, Speed speed) {
+// A row of the table in docs/gait-zebro.md: walking straight ahead, at each speed; without two legs
+// all are alike. `said`: what its head says of gaits with so many groups.
+std::string row(LegSet isolated, std::vector<std::string>& said) {
   const Footing f = footing(isolated, kDefault);
-  const StableGait found = stable_gait(isolated, speed, roll_for(isolated, 1, 0));
-  const double lambda_s = cycle_time_s(found.creep.gait, f.times);
   const double ahead_m = advance_m(f.offset_rad - f.sweep_rad / 2, kDefault.leg_diameter_m) -
                          advance_m(f.offset_rad + f.sweep_rad / 2, kDefault.leg_diameter_m);
-  char text[200];
-  std::snprintf(
-      text, sizeof text, "| %s | %s | %s | %.1f | %.1f | %.1f |", legs_text(isolated).c_str(),
-      std::popcount(isolated) == 2 ? "all" : kSpeedNames[static_cast<std::size_t>(speed)],
-      creep_text(found.creep).c_str(), lambda_s, ahead_m / lambda_s * 1e3, found.margin_m * 1e3);
-  return text;
+  const bool alike = std::popcount(isolated) == 2;
+  std::string orders, margins;
+  for (const Speed speed : kSpeeds) {
+    if (alike && speed != Speed::medium) {
+      orders += " as medium |";
+      continue;
+    }
+    const StableGait found = stable_gait(isolated, speed, roll_for(isolated, 1, 0));
+    const double lambda_s = cycle_time_s(found.creep.gait, f.times);
+    char text[200];
+    std::snprintf(text, sizeof text, "%d groups: %.1f s, %.1f mm/s", found.creep.gait.groups,
+                  lambda_s, ahead_m / lambda_s * 1e3);
+    said.emplace_back(text);
+    std::snprintf(text, sizeof text, "%s%.1f", margins.empty() ? "" : ", ", found.margin_m * 1e3);
+    margins += text;
+    orders += " " + creep_text(found.creep) + " |";
+  }
+  return "| " + legs_text(isolated) + " |" + orders + " " + margins + " |";
 }
 
 TEST(FewerLegs, TableOfTheDocumentIsWhatTheCodeFinds) {
@@ -129,18 +140,13 @@ TEST(FewerLegs, TableOfTheDocumentIsWhatTheCodeFinds) {
   std::stringstream document;
   document << file.rdbuf();
   const std::string text = document.str();
-  std::string missing;
-  int rows = 0;
+  std::vector<std::string> said;
   for (const LegSet isolated : creeping()) {
-    for (const Speed speed : kSpeeds) {
-      if (std::popcount(isolated) == 2 && speed != Speed::low) continue;
-      const std::string line = row(isolated, speed);
-      if (text.find(line + "\n") == std::string::npos) missing += line + "\n";
-      ++rows;
-    }
+    const std::string line = row(isolated, said);
+    EXPECT_NE(text.find(line + "\n"), std::string::npos) << line;
   }
-  EXPECT_EQ(missing, "");
-  EXPECT_EQ(rows, 6 * 3 + 3);
+  for (const std::string& part : said) EXPECT_NE(text.find(part), std::string::npos) << part;
+  EXPECT_EQ(said.size(), 6u * 3 + 3);
 }
 
 TEST(FewerLegs, AnyOneLegAndAnyTwoThatAreNoNeighboursMayBeMissing) {
