@@ -86,6 +86,7 @@ std::string hop_section(unsigned seeds) {
 
 std::string stands_section(unsigned seeds, unsigned sled_seeds) {
   std::string text =
+      "*a, b*: in the median, and at most.\n\n"
       "| campaign | thesis | here | figures |\n"
       "|---|---|---|---|\n";
   const auto add = [&](const std::string& campaign, const char* thesis, const std::string& here,
@@ -100,10 +101,10 @@ std::string stands_section(unsigned seeds, unsigned sled_seeds) {
   for (const auto& [name, set] : {std::pair("one fan", 0b0001u), {"four fans", 0b1111u}}) {
     const auto all = runs(seeds, [set](unsigned seed) { return spin(set, 20'000, seed); });
     const auto right = [](const Spun& s) { return s.armed && s.mean_rpm <= 100; };
-    add(fmt::format("{}, speed by PI (`fans`)", name), "follows the ramp; dead band of 200 rpm",
+    add(fmt::format("{}, speed by PI (`fans`)", name), "follows the ramp, 200 rpm dead band",
         outcome(count(all, right), seeds),
-        fmt::format("to 20,000 rpm at 4,000 rpm/s: off the ramp up to {:.0f} rpm; steady: mean "
-                    "off by {:.0f} rpm, single readings of 200 rpm steps by {:.0f}",
+        fmt::format("to 20,000 rpm at 4,000 rpm/s: off the ramp by {:.0f} rpm at most; steady: "
+                    "mean by {:.0f}, readings by {:.0f}",
                     figures(all, [](const Spun& s) { return s.ramp_rpm; }).most(),
                     figures(all, [](const Spun& s) { return s.mean_rpm; }).most(),
                     figures(all, [](const Spun& s) { return s.steady_rpm; }).most()));
@@ -116,10 +117,9 @@ std::string stands_section(unsigned seeds, unsigned sled_seeds) {
       return figures(hopped, [&](const auto& each) { return get(each[set]); });
     };
     add(fmt::format("height by fans, 30 cm, gains \"{}\" (`fan-altitude`)", names[set]),
-        "30 cm, several sets of gains",
+        "several sets",
         outcome(count(hopped, [&](const auto& each) { return each[set].reached(); }), seeds),
-        fmt::format("up in {:.1f} s (median), {:.2f} m too high at most, down with {:.2f} m/s at "
-                    "most",
+        fmt::format("up in {:.1f} s (median); at most {:.2f} m too high, down with {:.2f} m/s",
                     of([](const Hopped& h) { return h.rise_s; }).share(0.5),
                     of([](const Hopped& h) { return h.overshoot_m; }).most(),
                     of([](const Hopped& h) { return h.down_m_s; }).most()));
@@ -129,11 +129,11 @@ std::string stands_section(unsigned seeds, unsigned sled_seeds) {
   const auto pulses = [](const Fired& f) {
     return std::abs(f.on_ms - 80) < 0.5 && std::abs(f.force_N - f.true_N) < 0.02 * f.true_N;
   };
-  add("valves on the load cell (`valves`)", "about 40 N each; clean behind a notch of 7 Hz",
+  add("valves on the load cell (`valves`)", "about 40 N; clean behind a notch of 7 Hz",
       outcome(count(fired, pulses), 8),
-      fmt::format("{:.1f} N of {:.1f} N; the stand rings by {:.1f} N, behind the notch {:.1f} N; "
-                  "80 ms commanded are {:.1f} ms by the edges and {:.1f} ms of thrust; open {:.0f} "
-                  "ms after the edge, shut {:.0f} ms",
+      fmt::format("{:.1f} N of {:.1f} N; rings by {:.1f} N, behind the notch {:.1f} N; of 80 ms "
+                  "{:.1f} ms by the edges, {:.1f} ms of thrust; opens {:.0f} ms late, shuts {:.0f} "
+                  "ms",
                   figures(fired, [](const Fired& f) { return f.force_N; }).mean(),
                   figures(fired, [](const Fired& f) { return f.true_N; }).mean(),
                   figures(fired, [](const Fired& f) { return f.raw_N; }).share(0.5),
@@ -160,38 +160,35 @@ std::string stands_section(unsigned seeds, unsigned sled_seeds) {
                            mean([](const Plateau& a) { return a.rpm; }),
                            mean([](const Plateau& a) { return a.force_N(); }));
     }
-    add(fmt::format("{} by throttle (`throttle.script`)", name), "rpm and thrust are not linear",
-        measured(swept),
-        fmt::format("{}off by {:.0f} rpm (steps of 200) and {:.2f} N at most", curve,
-                    most(swept, &Series::off_rpm), most(swept, &Series::off_N)));
+    add(fmt::format("{} by throttle (`throttle.script`)", name), "not linear", measured(swept),
+        fmt::format("{}off by {:.0f} rpm, {:.2f} N at most", curve, most(swept, &Series::off_rpm),
+                    most(swept, &Series::off_N)));
   }
   const auto together = runs(seeds, [](unsigned n) { return play("valves.script", n); });
   const auto share = [&](int valves) {
     return 100 * figures(together, [&](const Series& s) { return of_alone(s, valves); }).mean();
   };
   add("valves alone, in pairs, all four for lift (`valves.script`)",
-      "firings together change the thrust; a minute at standstill gives the load cell's zero",
-      measured(together),
-      fmt::format("of what they give alone a pair gives {:.1f} %, four {:.1f} % (each further "
-                  "valve takes {:.0f} % of the pressure); off by {:.2f} N and {:.2f} N m at most; "
-                  "the zero, taken before each, moves by up to {:.2f} N in 70 s",
-                  share(2), share(4), 100 * kDroop, most(together, &Series::off_N),
-                  most(together, &Series::off_Nm), most(together, &Series::moved_N)));
+      "firings together change the thrust; zero from a minute at standstill", measured(together),
+      fmt::format(
+          "a pair gives {:.1f} % of both alone, four {:.1f} % (each further one takes {:.0f} "
+          "% of the pressure); at most off by {:.2f} N, {:.2f} N m; the zero, taken before "
+          "each, moves by {:.2f} N in 70 s",
+          share(2), share(4), 100 * kDroop, most(together, &Series::off_N),
+          most(together, &Series::off_Nm), most(together, &Series::moved_N)));
 
   const auto slid_text = [](const std::vector<Slid>& all, bool turns, bool moves) {
     std::string figures_text;
     if (turns) {
       const auto off_deg = figures(all, [](const Slid& s) { return std::abs(s.turn_deg); });
-      figures_text += fmt::format(
-          "heading off by {:.1f} deg (median), {:.1f} at most, {:+.1f} in "
-          "the mean; ",
-          off_deg.share(0.5), off_deg.most(),
-          figures(all, [](const Slid& s) { return s.turn_deg; }).mean());
+      figures_text += fmt::format("heading off by {:.1f} deg, {:.1f} (mean {:+.1f}); ",
+                                  off_deg.share(0.5), off_deg.most(),
+                                  figures(all, [](const Slid& s) { return s.turn_deg; }).mean());
     }
     if (moves) {
       const auto off_m = figures(all, [](const Slid& s) { return std::abs(s.along_m); });
-      figures_text += fmt::format("place off by {:.2f} m (median), {:.2f} at most; ",
-                                  off_m.share(0.5), off_m.most());
+      figures_text +=
+          fmt::format("place off by {:.2f} m, {:.2f}; ", off_m.share(0.5), off_m.most());
     }
     return figures_text + fmt::format("{:.1f} s, {:.1f} thruster-seconds (means)",
                                       figures(all, [](const Slid& s) { return s.time_s; }).mean(),
@@ -218,8 +215,8 @@ std::string stands_section(unsigned seeds, unsigned sled_seeds) {
     const auto settled = figures(held, [](const Held& h) { return h.settled_deg; });
     add(fmt::format("attitude on the pivot, {} (`attitude`)", name), thesis,
         outcome(count(held, right), seeds),
-        fmt::format("from {:.0f} deg at the stop of the stand; within {:.1f} deg (median), {:.1f} "
-                    "at most, after 6 s; {:.1f} thruster-seconds (mean) in 20 s",
+        fmt::format("from {:.0f} deg; within {:.1f} deg, {:.1f} after 6 s; {:.1f} thruster-seconds "
+                    "(mean) in 20 s",
                     figures(held, [](const Held& h) { return h.begin_deg; }).share(0.5),
                     settled.share(0.5), settled.most(),
                     figures(held, [](const Held& h) { return h.gas_s; }).mean()));
@@ -228,25 +225,26 @@ std::string stands_section(unsigned seeds, unsigned sled_seeds) {
   const auto lifted = runs(seeds, [](unsigned seed) { return lift_and_hold(seed); });
   add("height and attitude on the lift, 1 m (`altitude-attitude`)", "stable",
       outcome(count(lifted, [](const Lifted& l) { return l.succeeded && l.tilt_deg < 5; }), seeds),
-      fmt::format("{:.2f} to {:.2f} m high; tilt up to {:.1f} deg (median {:.1f}); down with "
-                  "{:.2f} m/s at most",
-                  figures(lifted, [](const Lifted& l) { return l.top_m; }).share(0),
-                  figures(lifted, [](const Lifted& l) { return l.top_m; }).most(),
-                  figures(lifted, [](const Lifted& l) { return l.tilt_deg; }).most(),
-                  figures(lifted, [](const Lifted& l) { return l.tilt_deg; }).share(0.5),
-                  figures(lifted, [](const Lifted& l) { return l.down_m_s; }).most()));
+      fmt::format(
+          "{:.2f} to {:.2f} m high; at most tilt {:.1f} deg (median {:.1f}), down {:.2f} m/s",
+          figures(lifted, [](const Lifted& l) { return l.top_m; }).share(0),
+          figures(lifted, [](const Lifted& l) { return l.top_m; }).most(),
+          figures(lifted, [](const Lifted& l) { return l.tilt_deg; }).most(),
+          figures(lifted, [](const Lifted& l) { return l.tilt_deg; }).share(0.5),
+          figures(lifted, [](const Lifted& l) { return l.down_m_s; }).most()));
 
   const auto chutes = runs(seeds, [](unsigned seed) { return fly(parachute_flight(), seed); });
   const auto of = [&](auto get) { return figures(chutes, get); };
   add("fans as parachute, free, up to 2 m and down (`parachute`)", "an idea",
       outcome(count(chutes, good), seeds),
-      fmt::format("down with {:.2f} m/s (median), {:.2f} at most, sideways {:.2f} at most; tilt up "
-                  "to {:.1f} deg in the air, {:.1f} at touchdown",
-                  of([](const Flown& f) { return f.down_m_s; }).share(0.5),
-                  of([](const Flown& f) { return f.down_m_s; }).most(),
-                  of([](const Flown& f) { return f.sideways_m_s; }).most(),
-                  of([](const Flown& f) { return f.max_tilt_deg; }).most(),
-                  of([](const Flown& f) { return f.contact_tilt_deg; }).most()));
+      fmt::format(
+          "down with {:.2f} m/s, {:.2f}; at most sideways {:.2f}, tilt {:.1f} deg in the air, "
+          "{:.1f} at touchdown",
+          of([](const Flown& f) { return f.down_m_s; }).share(0.5),
+          of([](const Flown& f) { return f.down_m_s; }).most(),
+          of([](const Flown& f) { return f.sideways_m_s; }).most(),
+          of([](const Flown& f) { return f.max_tilt_deg; }).most(),
+          of([](const Flown& f) { return f.contact_tilt_deg; }).most()));
   return text;
 }
 
@@ -290,20 +288,19 @@ Flown fail(const Failure& failure, unsigned seed, unsigned seeds) {
 namespace {
 
 constexpr const char* kFailureHead =
-    "| failure | phase | should | survived | upright | as planned | down, m/s: median | most | "
-    "sideways, m/s: median | most | tilt at touchdown, deg: most | reported |\n"
-    "|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+    "| failure | should | survived | upright | as planned | down, m/s | sideways, m/s "
+    "| tilt, deg | reported |\n|---|---|---|---|---|---|---|---|---|\n";
 
 // A row, printed as it is flown.
-std::string failure_row(std::string_view name, std::string_view phase, std::string_view should,
+std::string failure_row(std::string_view name, std::string_view should,
                         const std::vector<Flown>& all, const std::string& reported) {
   const auto of = [&](auto get) { return figures(all, get); };
   const Figures down = of([](const Flown& f) { return f.down_m_s; });
   const Figures sideways = of([](const Flown& f) { return f.sideways_m_s; });
   const unsigned wrongly = count(all, wrong);
   const std::string line = fmt::format(
-      "| {} | {} | {} | {} of {} | {} | {}{} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.1f} | {} |",
-      name, phase, should, count(all, survived), all.size(),
+      "| {} | {} | {} of {} | {} | {}{} | {:.2f}, {:.2f} | {:.2f}, {:.2f} | {:.1f} | {} |", name,
+      should, count(all, survived), all.size(),
       count(all, [](const Flown& f) { return f.upright(); }),
       count(all, [](const Flown& f) { return f.succeeded; }),
       wrongly > 0 ? fmt::format(", {} wrongly", wrongly) : "", down.share(0.5), down.most(),
@@ -331,12 +328,11 @@ std::string actuator_rows(unsigned seeds) {
         if (struck.found) after.add(struck.found_after_s);
       }
       const unsigned wrong_one = count(all, [](const Struck& s) { return s.wrong; });
-      text +=
-          failure_row(kind, kPhaseNames[static_cast<std::size_t>(phase)],
-                      failures.front()->often_lost ? "found" : "survived", flown,
-                      fmt::format("{} found, after {:.2f} s, {:.2f} at most{}", after.size(),
-                                  after.share(0.5), after.most(),
-                                  wrong_one > 0 ? fmt::format("; another one {}", wrong_one) : ""));
+      text += failure_row(
+          fmt::format("{}, {}", kind, kPhaseNames[static_cast<std::size_t>(phase)]),
+          failures.front()->often_lost ? "found" : "survived", flown,
+          fmt::format("{} found: {:.2f}, {:.2f} s{}", after.size(), after.share(0.5), after.most(),
+                      wrong_one > 0 ? fmt::format("; other {}", wrong_one) : ""));
     }
   }
   return text;
@@ -350,15 +346,15 @@ std::string failures_section(unsigned seeds, unsigned actuator_seeds) {
   std::string text = fmt::format(
       R"({} hops each, the failure between 1 and 17 s after lift-off, evenly spread; of valves and fans {} hops in each phase, narrow
 dispersion with the fans' torque of the wide set. Survived: upright (less than 10 deg of tilt in the end), at most {:g} m/s down.
-Reported: faults, and the number of flights with each; of valves and fans how many were found, and after what time in the
-median; *another one*: flights in which another failure was found before or instead.
+Speeds, and times after which a failure was found: in the median, and at most; tilt: at touchdown, at most. Reported: faults, and
+the number of flights with each; *other*: flights in which another failure was found before or instead.
 
 )",
       seeds, actuator_seeds, kSurvived_m_s);
   text += kFailureHead;
   for (const Failure& failure : failures()) {
     const auto all = runs(seeds, [&](unsigned seed) { return fail(failure, seed, seeds); });
-    text += failure_row(failure.name, "any", failure.right, all, told(all));
+    text += failure_row(failure.name, failure.right, all, told(all));
   }
   return text + actuator_rows(actuator_seeds);
 }

@@ -165,9 +165,8 @@ TEST(TalarisCampaigns, FansAloneThatLandSidewaysAreNotAsPlanned) {
 constexpr const char* kBeginning = R"(# TALARIS in the closed loop: measurements
 
 Made by one run of `LSS_WRITE_RESULTS=1 talaris_campaigns_test --gtest_filter=TalarisResults.Document`, {}, of commit {}, in virtual
-time: the daemon's cycle, drivers and buses, simulated sensors and nodes with noise, the hopper in physics. Each campaign
-flies its file in `config/talaris/`; seeds disperse vehicle, noise, biases and clocks
-([ranges](simulator.md#talaris)). Figures of the thesis (5.2) were measured on hardware.
+time: the daemon's cycle, drivers and buses, simulated sensors and nodes with noise, the hopper in physics; files of
+`config/talaris/`, seeds disperse the vehicle ([ranges](simulator.md#talaris)). The thesis (5.2) measured on hardware.
 
 )";
 
