@@ -16,8 +16,8 @@ namespace {
 
 constexpr const char* kBeginning = R"(# Failure modes of D.I.A.N.A. Ardito
 
-For reviewers of safety: the failure modes of the Ardito thesis (part IV; numbers are its sections). `ardito_fmea_test` executes
-each that has a name on the daemon's cycle with simulated nodes. [How](gnc-ardito.md), [times](ardito-results.md).
+Failure modes of the Ardito thesis (part IV; numbers are its sections). `ardito_fmea_test` executes each that has a name on the
+daemon's cycle with simulated nodes. [How](gnc-ardito.md), [times](ardito-results.md).
 
 - The rover drives on unless the reaction says otherwise.
 - Wheel out: motor off, clutch open; five wheels drive on.

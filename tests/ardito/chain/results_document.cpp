@@ -10,10 +10,9 @@ namespace {
 
 constexpr const char* kBeginning = R"(# D.I.A.N.A. Ardito in the closed loop: measurements
 
-For reviewers: how soon the rover finds failures and stops. Made by `ardito_results_test` (`tests/ardito/chain/`) in virtual
-time: the daemon's cycle and bus master, CAN, twelve simulated nodes with noise, the rover in physics; `config/ardito.toml`,
-friction 0.3. The thesis' figures (mobility controller and FMEDA of D.I.A.N.A. Ardito, section 19) are of another simulator
-with the same friction.
+How soon the rover finds failures and stops. Made by `ardito_results_test` in virtual time: the daemon's cycle and bus master,
+CAN, twelve simulated nodes with noise, the rover in physics; `config/ardito.toml`, friction 0.3. The thesis' figures (section
+19) are of another simulator with the same friction.
 )";
 
 }  // namespace

@@ -12,12 +12,11 @@ namespace {
 constexpr const char* kBeginning =
     R"(# Faults of Lunar Zebro: reactions and times
 
-For operators and reviewers: every fault of `lss-sim faults zebro` during a walk in simulation (kinematic robot), at ten moments
-each. Made by `LSS_WRITE_FAULTS=1 zebro_faults_test`.
+Every fault of `lss-sim faults zebro` during a simulated walk (kinematic robot), at ten moments each. Made by
+`LSS_WRITE_FAULTS=1 zebro_faults_test`.
 
 - **stops**: every module is sent an emergency stop within 20.8 ms of the release of that frame's orders; legs stand still
-  within 0.3 s unless the line hides them. FatalError until `solve`; when all faults are cleared this leads to Idle with all
-  legs.
+  within 0.3 s unless the line hides them. FatalError until `solve`, which leads to Idle with all legs when no fault is left.
 - **walks on**: 10 s more; then a stop command ends it safely.
 - *Within*: from the fault to FatalError or the warning, by `config/zebro.toml`.
 
@@ -26,11 +25,11 @@ each. Made by `LSS_WRITE_FAULTS=1 zebro_faults_test`.
 )";
 
 constexpr const char* kEnd = R"(
-- **Two of 1 to 18 at a time**, 0 to 2 s apart, on different legs or one: it stops if one of them alone stops, by the earlier of
-  their times, and names either; otherwise it walks on. A second fault of the same kind replaces the first.
+- **Two of 1 to 18**, 0 to 2 s apart, on different legs or one: it stops if one of them alone stops, by the earlier of their
+  times, and names either.
 - A bus that is cut, too noisy or gone, or a dead or restarting module, hides other faults of modules.
 - After `solve` a leg that slipped or drifted is out of service until `restore`.
-- Over-current: 0.2 Nm drags below every limit, 0.75 Nm exceeds the software's limit only, 1 Nm (default) stalls the motor.
+- Over-current: 0.2 Nm is below every limit, 0.75 Nm exceeds the software's only, 1 Nm (default) stalls the motor.
 )";
 
 std::map<std::size_t, std::string> kept;

@@ -101,16 +101,14 @@ std::string document(std::span<const Result> results, const Options& options,
   std::string text = fmt::format(
       R"(# Missions of Lunar Zebro
 
-For reviewers: whether Lunar Zebro arrives in spite of faults.
+Does Lunar Zebro arrive in spite of faults?
 Made by `{}`, {}; do not edit.
-{} missions of {:.0f} m on the level Moon, each with another seed, within a lunar day of {:.0f} days, with the shipping cycle and
-error solving on the kinematic [plant](simulator.md), commanded by an autopilot ([tests/zebro/mission](../tests/zebro/mission/)).
-Speed "{}", flight {:.1f} s.
+{} missions of {:.0f} m on the level Moon, each with another seed, within a lunar day of {:.0f} days: shipping cycle and error
+solving, kinematic [plant](simulator.md), [autopilot](../tests/zebro/mission/). Speed "{}", flight {:.1f} s.
 
 - **Rest**: at {:.0f} % of {:.0f} Wh it lies down, deploys the panel ({:.0f} W) and sleeps until {:.0f} %, without faults.
 - **Faults**: at random, every {:.1f} h of operation on average.
-- **A person** repairs everything in two hours, when repeated solving and resetting did not help or commands are rejected
-  repeatedly (`autopilot.cpp`).
+- **A person** repairs everything in two hours when solving and resetting did not help (`autopilot.cpp`).
 - Power, panel and faults are our assumptions (`mission.h`, `faults.h`).
 
 {} of {} arrived. Conditions of every frame, violated {} times: outside Operational no order to move (except of a leg by
