@@ -30,6 +30,9 @@ foreach(name lss dictionary)
           DESTINATION ${lss_includedir} COMPONENT dev)
 endforeach()
 
+# What docs/tutorial-vehicle.md explains.
+install(DIRECTORY examples/scout DESTINATION ${CMAKE_INSTALL_DATADIR}/lssd/examples COMPONENT dev PATTERN build EXCLUDE)
+
 # Compiled with a vehicle, since they name it.
 foreach(room daemon/app daemon/publish tools/lss-sim tools/lss-lc)
   install(FILES ${room}/roster.cpp DESTINATION ${lss_sources}/${room} COMPONENT dev)

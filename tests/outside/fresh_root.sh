@@ -20,11 +20,10 @@ trap 'rm -rf "$folder/debian"' EXIT
 mmdebstrap --quiet --variant=apt --include=sudo "$suite" "$folder/debian" "deb $archive $suite main" \
   > "$folder/debian.log" 2>&1 || { tail -n 3 "$folder/debian.log" && echo "Skipped: no root of $suite can be made" && exit 77; }
 cp -L /etc/resolv.conf /etc/hosts "$folder/debian/etc/"  # apt in it reaches what apt here reaches
-mkdir -p "$folder/debian/home/reader/files"
+mkdir -p "$folder/debian/home/reader"
 cp "$folder"/packages/*.deb "$folder/debian/home/reader"
-python3 "$root/tools/lib/tutorial.py" "$root" --write "$folder/debian/home/reader/files"
 
-# The blocks of commands: those with apt, then the files, then all others.
+# The blocks of commands: those with apt, then all others.
 steps() {
   awk -v apt="$1" '/^```sh$/ { code = 1; block = ""; next }
     /^```$/ { if (code && (block ~ /apt-get/) == apt) printf "%s", block; code = 0 }
@@ -33,7 +32,6 @@ steps() {
 {
   echo 'set -e; export DEBIAN_FRONTEND=noninteractive; cd /home/reader; apt-get update'
   steps 1
-  echo 'cp /home/reader/files/* .'
 } > "$folder/debian/home/reader/first.sh"
 {
   echo 'set -em; cd /home/reader/scout; ip link set lo up 2> /dev/null || python3 - << END'

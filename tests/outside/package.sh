@@ -13,6 +13,7 @@ cd "$folder/tree/usr"
 
 for file in include/lssd/{daemon/app/runtime.h,daemon/replay/replay.h,drivers/canopen/master.h,idl/commands.h,lss_fields.h} \
   include/lssd/tools/{lss-sim/frame/vehicle.h,lss-lc/vehicle.h} share/lssd/roster/daemon/app/roster.cpp \
+  share/lssd/examples/scout/CMakeLists.txt \
   lib/*/lssd/liblss_runtime.a lib/*/cmake/lssd/{lssd-config,lss_add_vehicle}.cmake; do
   [ -s "$file" ] || fail "the package has no $file"
 done

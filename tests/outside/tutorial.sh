@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# tutorial.sh CMAKE BUILD FOLDER: follows docs/tutorial-vehicle.md: its files, then its commands, word by word but for the
-# installation of packages, the port and the domain. The component dev of BUILD stands for liblssd-dev.
+# tutorial.sh CMAKE BUILD FOLDER: the commands of docs/tutorial-vehicle.md, word by word but for the installation of packages,
+# the folder of what they install, the port and the domain. The component dev of BUILD stands for liblssd-dev.
 # shellcheck source=tests/outside/common.sh
 . "$(dirname "$0")/common.sh"
-root=$(cd "$(dirname "$0")/../.." && pwd)
+page=$(cd "$(dirname "$0")/../.." && pwd)/docs/tutorial-vehicle.md
 install_fresh dev
 programs=$(dirname "$cmake"):$build/bin
 export CMAKE_PREFIX_PATH=$folder/usr PATH=$programs:$PATH NO_COLOR=1
@@ -13,10 +13,9 @@ domain=$LSS_DOMAIN port=$((20000 + LSS_DOMAIN))
 {
   echo 'set -em'
   echo "trap 'kill \$(jobs -p) 2> /dev/null || true' EXIT"
-  awk '/^```sh$/ { code = 1; next } /^```$/ { if (code) print "# next"; code = 0 } code' "$root/docs/tutorial-vehicle.md" |
-    grep -v apt-get | sed "s/20000/$port/; s/LSS_DOMAIN=77/LSS_DOMAIN=$domain/" |
-    awk -v write="python3 '$root/tools/lib/tutorial.py' '$root' --write . && sed -i s/20000/$port/ *.toml" \
-      '/^# next$/ && !done { print write; done = 1 } { print }'
+  awk '/^```sh$/ { code = 1; next } /^```$/ { code = 0 } code' "$page" | grep -v apt-get |
+    sed "s|/usr/share/lssd|$folder/usr/share/lssd|; s/20000/$port/; s/LSS_DOMAIN=77/LSS_DOMAIN=$domain/
+         s/^cd scout\$/&; sed -i s,20000,$port, *.toml/"
 } > "$folder/steps.sh"
 
 cd "$folder"
