@@ -16,6 +16,14 @@ const char* word(Met met) {
   return kWords[static_cast<int>(met)];
 }
 
+// A line of a block of code; the last column is at its end.
+template <class Values, class Cell>
+std::string row(const std::string& name, const Values& values, Cell cell) {
+  std::string line;
+  for (const auto& value : values) line += fmt::format("{:>10}", cell(value));
+  return fmt::format("    {:<46}{:>{}}\n", name, line, 70);
+}
+
 }  // namespace
 
 std::string table(const std::vector<Growth>& all) {
@@ -40,13 +48,11 @@ std::string markdown(const std::vector<Growth>& all, const Machine& machine,
       "# How cost grows\n\n"
       "For reviewers: what twice as much of something costs. Made by `{}`; do not edit. Method: "
       "[growth.cpp](../tests/bench/growth.cpp).\n\n"
-      "- cost: median of the rounds\n"
-      "- each more: what one more costs, between this count and the one before; in brackets the "
-      "least and the most by the rounds\n"
-      "- at most linear: one more costs no more than in the step before, and the cost grows no "
-      "more than the count; undecided when rounds differ by more than that\n\n"
-      "| machine | |\n|---|---|\n| date | {} |\n| CPU | {} x {} |\n| kernel | {}, {} |\n"
-      "| load average at the start | {} |\n\n",
+      "- cost: median of the rounds; lowest and highest in the pictures\n"
+      "- each more: what one more costs, between this count and the one before\n"
+      "- linear: one more costs no more than in the step before, and the cost grows no more than "
+      "the count; undecided when rounds differ by more than that\n\n"
+      "{}, {} x {}, kernel {}, {}, load average at the start {}.\n\n",
       command, machine.date, machine.cpus, machine.cpu, machine.kernel, machine.preemption,
       machine.load);
   const auto open = [&] {
@@ -68,20 +74,12 @@ std::string markdown(const std::vector<Growth>& all, const Machine& machine,
     if (growth.points.empty()) continue;
     text += fmt::format("![{} by {}]({}/growth-{}.svg)\n\n", growth.cost, growth.what, pictures,
                         growth.name);
-    text += fmt::format("| {} | cost | each more | at most linear |\n|---:|---:|---:|---|\n",
-                        growth.what);
     const std::vector<Step> all_steps = steps(growth);
-    for (std::size_t i = 0; i < growth.points.size(); ++i) {
-      const Point& point = growth.points[i];
-      text += fmt::format("| {} | {} |", point.count, number(median(point.cost)));
-      if (i == 0) {
-        text += " - | - |\n";
-        continue;
-      }
-      const Step& step = all_steps[i - 1];
-      text += fmt::format(" {} ({} to {}) | {} |\n", number(step.each_more),
-                          number(step.least_more), number(step.most_more), word(step.met));
-    }
+    text += row(growth.what, growth.points, [](const Point& point) { return number(point.count); });
+    text +=
+        row("cost", growth.points, [](const Point& point) { return number(median(point.cost)); });
+    text += row("each more", all_steps, [](const Step& step) { return number(step.each_more); });
+    text += row("linear", all_steps, [](const Step& step) { return word(step.met); });
     text += '\n';
   }
   text.pop_back();
