@@ -1,5 +1,5 @@
-"""lss-cli serve: an OBC that polls a socket walks Lunar Zebro. It uses the standard library only, as the example of
-docs/cli.md does."""
+"""lss-cli serve: an OBC that polls a socket walks Lunar Zebro. Obc, the example of docs/cli.md, uses the standard
+library only."""
 
 import json
 import os
