@@ -35,6 +35,7 @@ constexpr int kBlindFrames = 2;     // after a verdict, until orders follow it
 constexpr int kUnheardFrames = 7;   // and until fans that slowed down are back at their speed
 constexpr double kSlow_rpm = 1500;  // below its expected speed
 constexpr double kRuns_rpm = 6000;  // expected: slower ones are not judged
+constexpr double kFollows = 0.5;    // of the way to its expected speed, in the frame: it turns
 
 WrenchB least_variance() noexcept {
   WrenchB sigma;
@@ -120,6 +121,9 @@ bool ActuatorWatch::watch_speeds(const WatchFrame& f) noexcept {
   }
   if (slow > 1) blind_frames_ = kUnheardFrames;
   if (slow != 1) return false;
+  // Orders after a verdict speed fans up at once: a healthy one may be late.
+  const double way_rpm = f.rpm_expected[which] - f.rpm_before[which];
+  if (f.rpm[which] - f.rpm_before[which] >= kFollows * way_rpm) return false;
   condemn(kValves + which, Health::dead, f.rpm[which], f.rpm_expected[which] - kSlow_rpm);
   return true;
 }
@@ -145,11 +149,8 @@ void ActuatorWatch::step(const WatchFrame& f) noexcept {
   const WrenchB known = explained(f);
   const WrenchB odd = felt - known - unexplained_;
   if (!odd.allFinite()) return;
-  if (blind_frames_ > 0) {
-    --blind_frames_;
-  } else if (!f.fresh) {
-    judge(f, odd, variance(f, known));
-  }
+  if (!f.fresh) judge(f, odd, variance(f, known));
+  if (verdict_.health == Health::good && blind_frames_ > 0) --blind_frames_;
   if (verdict_.health != Health::good) return;
   if (score_ >= kSuspect && !f.fresh) return;
   WrenchB learn = WrenchB::Constant(f.fresh ? kLearnFresh : kLearn);
@@ -189,10 +190,13 @@ void ActuatorWatch::judge(const WatchFrame& f, const WrenchB& odd,
     }
   };
   for (std::size_t i = 0; i < kActuators; ++i) {
-    if (health_[i] != Health::good) continue;
     Suspicion& s = suspicion_[i];
+    const double full_N = parameters_.thrusters.force_N;
+    // A valve that was stuck may be free again. It gets no orders: then it is shut.
+    if (health_[i] == Health::open) weigh(s.shut, i, Health::shut, -full_N, full_N, false);
+    if (health_[i] == Health::shut) weigh(s.open, i, Health::open, full_N, 0, false);
+    if (health_[i] != Health::good || blind_frames_ > 0) continue;
     if (i < kValves) {
-      const double full_N = parameters_.thrusters.force_N;
       const double ordered_N = full_N * f.open_s[i] / kFrame_s;
       weigh(s.open, i, Health::open, full_N - ordered_N, ordered_N, false);
       weigh(s.shut, i, Health::shut, -ordered_N, ordered_N, true);

@@ -5,8 +5,9 @@
 // the logarithm of the likelihood ratio of "this failed" to "nothing did" is summed up from frame
 // to frame and never below zero (Page's cumulative sum, generalised likelihood ratio: Basseville
 // and Nikiforov, "Detection of Abrupt Changes", 1993; Willsky and Jones, 1976). A fan that does not
-// turn is seen by its speed. Verdicts are latched. docs/gnc-talaris.md, "Failed actuators". Frame
-// thread; time is data; no allocation.
+// turn is seen by its speed. Verdicts are latched, except that a valve found open may be found shut
+// later, and the reverse. docs/gnc-talaris.md, "Failed actuators". Frame thread; time is data; no
+// allocation.
 //
 //   z = (m f_B along x and z, I dw/T + w x I w)          measured wrench
 //   e = z - B u - d                                      u: orders, d: always unexplained

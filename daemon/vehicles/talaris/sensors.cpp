@@ -10,6 +10,9 @@ namespace {
 constexpr double kPressureRate_Hz = 5, kLoadRate_Hz = 500;
 constexpr double kNever_s = 1e9;
 constexpr double kFrames_s = 5;  // a second
+// Identical packets of the IMU in a row: more of them are no measurement. Noise moves its last
+// bits.
+constexpr int kSameUsed = 3;
 
 }  // namespace
 
@@ -36,7 +39,7 @@ void Sensors::configure(const Parameters& p) noexcept {
 
 void Sensors::begin(TimeNs now, bool stands) noexcept {
   now_ns_ = now;
-  standby_.begin(now, std::span(imu_).first(imu_stuck() ? 0 : imu_count_), stands);
+  standby_.begin(now, std::span(imu_).first(imu_count_), stands);
   imu_count_ = range_count_ = flow_count_ = corner_count_ = 0;
   lossy_ -= lossy_ / kFrames_s;
   lost_in_frame_ = 0;
@@ -66,7 +69,7 @@ void Sensors::take(const ImuPacket& packet, TimeNs time) noexcept {
   same_ = same ? same_ + 1 : 0;
   packet_ = packet;
   imu_ns_ = time;
-  if (imu_count_ < kMaxImu)
+  if (same_ < kSameUsed && imu_count_ < kMaxImu)
     imu_[imu_count_++] = {.time_ns = time,
                           .rate_B_rad_s = body(packet.rate_rad_s),
                           .force_B_m_s2 = body(packet.force_m_s2)};
@@ -138,7 +141,7 @@ void Sensors::take(const Load& load, TimeNs) noexcept {
 }
 
 gnc::talaris::Batch Sensors::batch() noexcept {
-  return {.imu = standby_.with(std::span(imu_).first(imu_stuck() ? 0 : imu_count_)),
+  return {.imu = standby_.with(std::span(imu_).first(imu_count_)),
           .ranges = std::span(range_).first(range_count_),
           .end_ns = now_ns_,
           .flows = std::span(flow_).first(flow_count_),

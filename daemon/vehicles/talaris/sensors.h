@@ -24,7 +24,7 @@ class Sensors {
   void begin(TimeNs now, bool stands) noexcept;
   void take(const TalarisSample& sample) noexcept;
 
-  // For navigation, of both IMUs; without samples of one that is stuck. Valid until the next call.
+  // For navigation, of both IMUs; without samples that only repeat. Valid until the next call.
   gnc::talaris::Batch batch() noexcept;
 
   // IMU: data of none is reliable.
@@ -34,7 +34,7 @@ class Sensors {
   bool imu_stuck() const noexcept { return same_ >= same_limit_; }
   bool imu_known() const noexcept { return imu_ns_ != 0; }
   bool imu_heard() const noexcept {  // in the frame, either
-    return (imu_count_ != 0 && !imu_stuck()) || standby_.heard();
+    return imu_count_ != 0 || standby_.heard();
   }
   std::uint64_t imu_lost_packets() const noexcept { return lost_in_frame_; }
   std::uint64_t imu_lost_in_all() const noexcept { return lost_; }

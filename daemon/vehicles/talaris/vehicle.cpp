@@ -127,7 +127,6 @@ void Vehicle::guide(TimeNs now) noexcept {
   in.regulated_kPa = sensors_.regulated_kPa();
   if (overrun_) in.faults |= gnc::talaris::kOverruns;
   if (altimeter_repeats() && !by_corners) in.faults |= gnc::talaris::kAltimeterLost;
-  if (sensors_.imu_stuck() && sensors_.imu_lost()) in.faults |= gnc::talaris::kImuLost;
   // Which of both is right nobody knows.
   if (sensors_.standby().disagrees() && output_.airborne && !disagreed_) flight_.land();
   disagreed_ = sensors_.standby().disagrees();

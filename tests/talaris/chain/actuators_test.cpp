@@ -1,10 +1,12 @@
 // Failed valves and fans on the whole chain: a sample at each commit, LSS_EVERYTHING=1 all of them.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <tuple>
 
 #include "idl/talaris/codes.h"
 #include "tests/support/everything.h"
@@ -90,6 +92,30 @@ TEST(TalarisFailedActuators, ALiftValveOfALightVehicleThatStaysShutIsSurvived) {
     EXPECT_TRUE(struck.found);
     EXPECT_FALSE(struck.wrong);
     EXPECT_TRUE(survived(struck.flown));
+  }
+}
+
+// It is free before, or soon after, the orders reckon with its thrust.
+TEST(TalarisFailedActuators, ALiftValveThatStaysOpenForAMomentIsSurvived) {
+  for (const auto& [seed, valve, stuck_s] : {std::tuple{3u, 3, 0.45}, std::tuple{4u, 7, 0.5}}) {
+    const std::string fault = fmt::format("valve-stuck-open:{}", valve);
+    FlightPlan plan{.faults = {fault}};  // so that the step is asked
+    double struck_s = 0;
+    bool free = false;
+    plan.strike_step = [&](Chain& chain) {
+      if (struck_s == 0 && chain.phase() == Phase::traverse) {
+        chain.inject(fault);
+        struck_s = chain.seconds();
+      } else if (struck_s > 0 && !free && chain.seconds() - struck_s >= stuck_s) {
+        chain.inject("clear:" + fault);
+        free = true;
+      }
+      return false;
+    };
+    const Flown flown = fly(plan, seed);
+    SCOPED_TRACE(flown.text());
+    EXPECT_TRUE(free);
+    EXPECT_TRUE(survived(flown));
   }
 }
 

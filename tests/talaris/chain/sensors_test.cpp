@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "idl/talaris/codes.h"
 #include "tests/talaris/chain/campaigns.h"
 #include "tests/talaris/chain/flights.h"
@@ -153,6 +155,28 @@ TEST(TalarisCorners, TheLossOfOneOfThemCostsNoFlight) {
     EXPECT_EQ(std::ranges::count(flown.faults, faults::corner_altimeter_lost),
               std::string_view(fault) == "corner-silent:3" ? 1 : 0);
     EXPECT_EQ(std::ranges::count(flown.faults, faults::altimeter_off), 0);
+  }
+}
+
+// Taken for measurements the samples moved the height so far that the altimeter was not believed.
+TEST(TalarisImu, OneThatRepeatsASampleAgainAndAgainIsFlownThrough) {
+  struct Repeats {
+    unsigned seed;
+    double every_s, for_s;
+  };
+  for (const auto& [seed, every_s, for_s] : {Repeats{1, 0.89, 0.1}, Repeats{2, 0.4, 0.11}}) {
+    FlightPlan plan{.faults = {""}};  // so that the step is asked
+    plan.strike_step = [=, stuck = false](Chain& chain) mutable {
+      if (!chain.airborne()) return false;
+      const bool now = std::fmod(chain.seconds(), every_s) < for_s;
+      if (now != stuck) chain.inject(now ? "imu-stuck" : "clear:imu-stuck");
+      stuck = now;
+      return false;
+    };
+    const Flown flown = fly(plan, seed);
+    SCOPED_TRACE(flown.text());
+    EXPECT_TRUE(flown.upright());
+    EXPECT_LT(flown.down_m_s, 1);
   }
 }
 

@@ -151,6 +151,54 @@ TEST(TalarisActuatorWatch, APushThatLastsIsKnownAfterAFailureToo) {
   EXPECT_NEAR(bench.watch.unexplained()[kPitchRow], kPush_Nm, 0.7);
 }
 
+// Frames until this is known of a valve that gives `force_N` whatever is ordered; 0: it is not.
+int frames_until_known(Bench& bench, std::size_t valve, double force_N, Health health) {
+  for (int n = 1; n <= 10; ++n) {
+    std::array<double, kValves> open_s = bench.any_pulses();
+    open_s[valve] = 0;  // it is not used
+    Forces really = bench.as_ordered(open_s);
+    really[static_cast<Eigen::Index>(valve)] = force_N;
+    bench.frame(open_s, really);
+    if (bench.watch.health()[valve] == health) return n;
+  }
+  return 0;
+}
+
+TEST(TalarisActuatorWatch, AValveThatWasStuckAndIsFreeAgainIsKnownAtOnce) {
+  for (std::size_t i = 0; i < kValves; ++i) {
+    for (unsigned seed = 1; seed <= 10; ++seed) {
+      SCOPED_TRACE(testing::Message() << i << ' ' << seed);
+      Bench bench(seed);
+      bench.disturbance << 8, 5, 0.5, 2, -1.5;
+      bench.settle();
+      ASSERT_GE(frames_until(bench, i, Health::open), 1);
+      for (int times = 0; times < 2; ++times) {
+        for (const Health health : {Health::shut, Health::open}) {
+          const double force_N = health == Health::open ? bench.parameters.thrusters.force_N : 0;
+          const int frames = frames_until_known(bench, i, force_N, health);
+          EXPECT_GE(frames, 1);
+          EXPECT_LE(frames, 2);
+        }
+      }
+    }
+  }
+}
+
+TEST(TalarisActuatorWatch, AValveThatStaysStuckIsNotTakenForFree) {
+  for (std::size_t i = 0; i < kValves; ++i) {
+    for (const Health health : {Health::open, Health::shut}) {
+      Bench bench(static_cast<unsigned>(i) + 1);
+      bench.disturbance << 8, 5, 0.5, 2, -1.5;
+      bench.settle();
+      ASSERT_GE(frames_until(bench, i, health), 1);
+      bench.inertia_share = 0.65;
+      const double force_N = health == Health::open ? bench.parameters.thrusters.force_N : 0;
+      const Health other = health == Health::open ? Health::shut : Health::open;
+      for (int n = 0; n < 20; ++n) EXPECT_EQ(frames_until_known(bench, i, force_N, other), 0) << i;
+    }
+  }
+}
+
 TEST(TalarisActuatorWatch, NothingIsCondemnedWithoutFailure) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     Bench bench(seed);
@@ -174,6 +222,78 @@ TEST(TalarisActuatorWatch, AFanIsDeadJustBelowItsLimitAndNotJustAbove) {
     EXPECT_EQ(bench.watch.health()[kValves + i], Health::dead);
     EXPECT_EQ(bench.watch.verdict().measured, f.rpm[i]);
     EXPECT_EQ(bench.watch.verdict().limit, f.rpm_expected[i] - 1500);
+  }
+}
+
+// Four fans as in the air, one of them slower than the others and told to speed up: a verdict on
+// another actuator orders that at once. First order with the longest lag; orders arrive 10 ms late,
+// speeds are 20 ms old.
+class SpedUp {
+ public:
+  SpedUp(std::size_t fan, double from_rpm, double lag_s) : lag_s_(lag_s) {
+    bench.settle();
+    goal[fan] = from_rpm;
+    for (int n = 0; n < 40; ++n) turn(-1);
+    goal[fan] = bench.parameters.fans.max_rpm;
+  }
+  // One frame; the motor of `dead` has no torque from `dies_s` on.
+  void frame(int dead, double dies_s = 0) {
+    WatchFrame f = bench.last;
+    f.measured = false;
+    f.rpm_before = measured_;
+    turn(dead, dies_s);
+    f.rpm = measured_;
+    f.rpm_expected = speed_.reference_rpm();
+    bench.watch.step(f);
+    last = f;
+  }
+
+  Bench bench;
+  PerFan goal = bench.rpm;
+  WatchFrame last;
+
+ private:
+  void turn(int dead, double dies_s = 0) {
+    const PerFan next = speed_.ramp(goal, bench.parameters.fans.max_rpm / kFrame_s, measured_);
+    for (int ms = 0; ms < 200; ++ms) {
+      if (ms == 10) throttle_ = next;
+      for (std::size_t i = 0; i < kFans; ++i) {
+        const bool turns = static_cast<int>(i) != dead || ms < dies_s * 1e3;
+        const double to_rpm = turns ? throttle_[i] * bench.parameters.fans.max_rpm : 0;
+        rpm_[i] += (to_rpm - rpm_[i]) * 1e-3 / lag_s_;
+        if (ms == 180) measured_[i] = 200 * std::floor(rpm_[i] / 200);
+      }
+    }
+  }
+
+  double lag_s_;
+  FanSpeed speed_{bench.parameters.fans, bench.parameters.gains[0]};
+  PerFan rpm_ = bench.rpm, measured_ = bench.rpm, throttle_{};
+};
+
+TEST(TalarisActuatorWatch, AFanThatIsSlowToSpeedUpIsNotDead) {
+  for (std::size_t i = 0; i < kFans; ++i) {
+    double behind_rpm = 0;
+    SpedUp fans(i, 15000, 0.3);
+    for (int n = 0; n < 5; ++n) {
+      fans.frame(-1);
+      behind_rpm = std::max(behind_rpm, fans.last.rpm_expected[i] - fans.last.rpm[i]);
+      EXPECT_TRUE(fans.bench.watch.good()) << i << ' ' << n;
+    }
+    EXPECT_GT(behind_rpm, 1500);
+  }
+}
+
+// In the frame in which its motor stops.
+TEST(TalarisActuatorWatch, AFanThatDiesWhileItSpeedsUpIsFoundAtOnce) {
+  for (const double lag_s : {0.2, 0.3}) {
+    for (std::size_t i = 0; i < kFans; ++i) {
+      for (const double dies_s : {0.0, 0.05}) {
+        SpedUp fans(i, 15000, lag_s);
+        fans.frame(static_cast<int>(i), dies_s);
+        EXPECT_EQ(fans.bench.watch.health()[kValves + i], Health::dead) << lag_s << ' ' << dies_s;
+      }
+    }
   }
 }
 
