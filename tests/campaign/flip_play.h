@@ -4,6 +4,8 @@
 // moment a copy of it has one bit flipped, at once or in a thread's work that follows, and goes on
 // to the end alone.
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <functional>
@@ -116,9 +118,10 @@ class Flips {
     counts_.bytes.clear();
     const bool state = plan_.part.empty() || plan_.part == "state";
     const auto list = [&](const auto& given, FlipPart::Kind kind) {
-      for (const auto& [name, bytes] : given) {
+      for (const auto& [name, bytes, what] : given) {
         all_parts_.push_back({name, bytes, kind});
-        if (plan_.part != name && !(state && kind == FlipPart::state)) continue;
+        const bool asked = plan_.part == name || plan_.part == fmt::format("{}: {}", name, what);
+        if (!asked && !(state && kind == FlipPart::state)) continue;
         parts_.push_back(all_parts_.back());
         counts_.bytes[name] += bytes.size();
       }
@@ -207,6 +210,11 @@ class Flips {
       if (parts_.front().kind == FlipPart::of_thread) {
         flip.part = &dice.one_of(parts_);
         flip.hit = draw_hit(dice, flip.part->thread);
+        continue;
+      }
+      if (plan_.bit) {
+        flip.part = &parts_.front();
+        flip.bit = *plan_.bit;
         continue;
       }
       const auto& parts =

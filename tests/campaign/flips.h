@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -39,7 +40,9 @@ struct FlipPlan {
   bool protect = true;      // with the daemon's own protection
   // Only this one; "state": all of it; empty: the program too. "registers", a register's name,
   // "stack", "heap" and what else a chain has are flipped only when they are named here.
+  // Of several things with one name one can be named, too: "bus: grid".
   std::string part{};
+  std::optional<std::uint64_t> bit{};  // always this one of the part
 };
 
 // Bytes of the daemon. Program: its code, constants and static data. Of a thread: registers, or the

@@ -217,7 +217,7 @@ int main(int argc, char** argv) {
   cli.add_option("--part", o.flips.part,
                  "flips: this part only, as the table names it; \"state\": all but the program; "
                  "\"registers\" or one of them (\"rip\"), \"stack\": of the threads, on amd64; "
-                 "\"heap\", \"sensor lines\": of talaris");
+                 "\"heap\", \"sensor lines\": of talaris; one of several: \"bus: grid\"");
   cli.add_option("--seed", o.flips.seed, "seed of the flips")->capture_default_str();
   cli.add_flag("--unprotected", o.unprotected,
                "flips: without the daemon's protection against them");

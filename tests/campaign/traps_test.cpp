@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <exception>
@@ -19,6 +20,7 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/talaris/sensor_line.h"
 #include "tests/campaign/campaign.h"
 #include "tests/campaign/flips.h"
 
@@ -234,16 +236,41 @@ TEST(FlippedInstructionPointer, IsARestartMostly) {
   EXPECT_GT(of(told(subjects().front(), plan), FlipOutcome::restarted), plan.flips / 2);
 }
 
-TEST(FlippedHeap, HasTheSameOutcomesForTheSameSeed) {
-  const auto all = subjects();
-  const auto talaris = std::ranges::find(all, std::string_view("talaris"), &Subject::vehicle);
-  if (talaris == all.end()) GTEST_SKIP() << "no vehicle with a heap";
+class FlippedHeap : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto all = subjects();
+    const auto found = std::ranges::find(all, std::string_view("talaris"), &Subject::vehicle);
+    if (found == all.end()) GTEST_SKIP() << "no vehicle with a heap";
+    talaris_ = &*found;
+  }
+  // How many flips of this bit, each at another moment of the hop, change the orders.
+  std::uint64_t change(const char* part, std::uint64_t bit) const {
+    const Told all = told(*talaris_, {.flips = 6, .part = part, .bit = bit});
+    return of(all, FlipOutcome::safe) + of(all, FlipOutcome::silent) + of(all, FlipOutcome::unsafe);
+  }
+  const Subject* talaris_ = nullptr;
+};
+
+TEST_F(FlippedHeap, HasTheSameOutcomesForTheSameSeed) {
   for (const char* part : {"heap", "sensor lines"}) {
     const FlipPlan plan{.flips = 12, .part = part};
-    const Told once = told(*talaris, plan), again = told(*talaris, plan);
+    const Told once = told(*talaris_, plan), again = told(*talaris_, plan);
     EXPECT_EQ(once.all, again.all) << part;
     EXPECT_EQ(std::accumulate(once.sum.begin(), once.sum.end(), 0u), plan.flips) << part;
   }
+}
+
+// The driver multiplies all that the IMU says by it; the upper half of the fraction.
+TEST_F(FlippedHeap, InAFactorOfTheImuChangesTheOrders) {
+  const std::uint64_t bit = 8 * offsetof(talaris::LineStatus, force_unit_m_s2) + 51;
+  EXPECT_GT(change("heap: imu status", bit), 0u);
+}
+
+// Where the bus thread writes the next sample, the first member of Boost's queue: with another bit
+// samples come twice, or never.
+TEST_F(FlippedHeap, InTheQueueOfTheImuChangesTheOrders) {
+  EXPECT_GT(change("sensor lines: imu queue", 3), 0u);
 }
 
 }  // namespace

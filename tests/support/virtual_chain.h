@@ -4,6 +4,7 @@
 // operator, faults, and the frame thread's turn. A chain adds the world, the bus, and the order of
 // their events. One thread.
 
+#include <fmt/format.h>
 #include <linux/can/error.h>
 
 #include <algorithm>
@@ -218,6 +219,7 @@ class VirtualChain {
   struct Memory {
     const char* name;
     std::span<std::uint8_t> bytes;
+    std::string what{};  // of several of this name
   };
   virtual std::vector<Memory> memory() {
     std::vector<Memory> all = {part("vehicle", vehicle_), part("supervisor", supervisor_),
@@ -240,9 +242,17 @@ class VirtualChain {
   // The second copies of the cycle's state are as the state is: they decide nothing then.
   std::span<std::uint8_t> second_copies() { return bytes_of(twins_); }
   bool second_copies_agree() { return !protect_ || twins_.same(vehicle_, supervisor_); }
-  // The member that this byte of a part belongs to.
+  // The member that this byte of a part belongs to, or which of several of its name.
   std::string member_at(const std::string& part, const std::uint8_t* byte) {
     MemberFinder finder{byte};
+    std::vector<Memory> all = memory();
+    for (const Memory& more : more_memory()) all.push_back(more);
+    for (const Memory& one : all) {
+      const auto at = reinterpret_cast<std::uintptr_t>(byte) -
+                      reinterpret_cast<std::uintptr_t>(one.bytes.data());
+      if (at < one.bytes.size() && !one.what.empty())
+        finder.path += fmt::format(": {} +{}", one.what, at / 8 * 8);
+    }
     Vehicle& vehicle = vehicle_;
     Supervisor& supervisor = supervisor_;
     if (part == "vehicle") finder(vehicle);
@@ -310,8 +320,8 @@ class VirtualChain {
   }
 
   template <class T>
-  static Memory part(const char* name, T& x) {
-    return {name, std::span(reinterpret_cast<std::uint8_t*>(&x), sizeof x)};
+  static Memory part(const char* name, T& x, std::string what = {}) {
+    return {name, std::span(reinterpret_cast<std::uint8_t*>(&x), sizeof x), std::move(what)};
   }
 
   // For a fault of a port, which this chain lacks.

@@ -73,8 +73,8 @@ void Chain::dispatch() {
 
 std::vector<Chain::Memory> Chain::memory() {
   std::vector<Memory> all = VirtualChain::memory();
-  for (const Memory& more :
-       {part("bus", master_), part("bus", latch_), part("bus", report_), part("bus", samples_)})
+  for (const Memory& more : {part("bus", master_, "master"), part("bus", latch_, "stop latch"),
+                             part("bus", report_, "report"), part("bus", samples_, "queue")})
     all.push_back(more);
   if (protect_) all.push_back(part("second copies", master_twin_));
   return all;

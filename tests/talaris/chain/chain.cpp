@@ -310,9 +310,10 @@ void Chain::act(const sim::Fault& fault, bool attach) {
 
 std::vector<Chain::Memory> Chain::memory() {
   std::vector<Memory> all = VirtualChain::memory();
-  for (const Memory& more :
-       {part("bus", master_), part("bus", can_), part("bus", samples_), part("bus", valves_),
-        part("bus", latch_), part("bus", edges_), part("bus", grid_), part("bus", boundary_)})
+  for (const Memory& more : {part("bus", master_, "master"), part("bus", can_, "report"),
+                             part("bus", samples_, "queue"), part("bus", valves_, "valves"),
+                             part("bus", latch_, "stop latch"), part("bus", edges_, "edges"),
+                             part("bus", grid_, "grid"), part("bus", boundary_, "boundary")})
     all.push_back(more);
   if (protect_) {
     all.push_back(part("second copies", master_twin_));
@@ -323,14 +324,21 @@ std::vector<Chain::Memory> Chain::memory() {
 
 std::vector<Chain::Memory> Chain::more_memory() {
   std::vector<Memory> all;
-  std::vector<Line*> lines{&imu_, &altimeter_};
-  if (camera_) lines.push_back(&*camera_);
-  if (standby_) lines.push_back(&*standby_);
-  for (const auto& corner : corners_) lines.push_back(corner.get());
-  for (Line* line : lines) {
-    all.push_back({"heap", line->driver_memory()});
-    for (const auto& more : line->memory()) all.push_back({"sensor lines", more});
-  }
+  const auto list = [&](Line& line, const std::string& name) {
+    const std::span<std::uint8_t> driver = line.driver_memory();
+    const auto at = static_cast<std::size_t>(reinterpret_cast<const std::uint8_t*>(&line.status()) -
+                                             driver.data());
+    all.push_back({"heap", driver.first(at), name});
+    all.push_back({"heap", driver.subspan(at, sizeof(LineStatus)), name + " status"});
+    all.push_back({"heap", driver.subspan(at + sizeof(LineStatus)), name});
+    all.push_back({"sensor lines", line.queue(), name + " queue"});
+    for (const auto& more : line.memory()) all.push_back({"sensor lines", more, name});
+  };
+  list(imu_, "imu");
+  list(altimeter_, "altimeter");
+  if (camera_) list(*camera_, "camera");
+  if (standby_) list(*standby_, "standby");
+  for (const auto& corner : corners_) list(*corner, "corner");
   return all;
 }
 

@@ -32,10 +32,12 @@ class Line {
   bool pop(TalarisSample& sample, TimeNs end) noexcept { return samples_.pop(sample, end); }
   const LineReport& report() const noexcept { return report_; }
   sim::WireFaults& faults() noexcept { return uart_.faults; }
-  // What the daemon keeps: its driver, on the heap; queue, report and tick.
+  // What the daemon keeps: its driver, on the heap, with its status in it; queue; report and tick.
   std::span<std::uint8_t> driver_memory();
+  const LineStatus& status() const noexcept { return driver_->status(); }
+  std::span<std::uint8_t> queue() { return bytes_of(samples_); }
   std::vector<std::span<std::uint8_t>> memory() {
-    return {bytes_of(samples_), bytes_of(report_), bytes_of(tick_), bytes_of(ticked_)};
+    return {bytes_of(report_), bytes_of(tick_), bytes_of(ticked_)};
   }
 
  private:
