@@ -13,7 +13,9 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdint>
+#include <utility>
 
+#include "daemon/cycle/twins.h"
 #include "daemon/runtime/alarm.h"
 #include "daemon/runtime/clock.h"
 #include "daemon/runtime/frame_clock.h"
@@ -67,10 +69,13 @@ struct SensorFramesParameters {
 // Frame boundaries from the announced packets; pure arithmetic.
 class SensorGrid {
  public:
-  SensorGrid(const SensorFramesParameters& parameters, TimeNs epoch_ns) noexcept
+  // `frame`: the number of the last one.
+  SensorGrid(const SensorFramesParameters& parameters, TimeNs epoch_ns,
+             std::uint64_t frame = 0) noexcept
       : parameters_(parameters),
         last_ns_(epoch_ns),
-        deadline_ns_(epoch_ns + parameters.period_ns + parameters.grace_ns) {}
+        deadline_ns_(epoch_ns + parameters.period_ns + parameters.grace_ns),
+        frame_(frame) {}
 
   // Without a packet until then the frame begins by the clock.
   TimeNs deadline() const noexcept { return deadline_ns_; }
@@ -107,7 +112,7 @@ class SensorGrid {
 
   SensorFramesParameters parameters_;
   TimeNs last_ns_, deadline_ns_;
-  std::uint64_t frame_ = 0, index_ = 0;
+  std::uint64_t frame_, index_ = 0;
   bool held_ = false;
 };
 
@@ -144,6 +149,8 @@ class SensorFrames {
     arrived_.alarm().ring();
     begun_.alarm().ring();
   }
+  // Frame thread. Both copies of where frames begin were damaged since the last call.
+  bool take_memory_lost() noexcept { return std::exchange(memory_lost_, false); }
   // Any thread: the actuate thread's work is run at once.
   void wake_actuate() noexcept { begun_.alarm().ring(); }
 
@@ -173,31 +180,48 @@ class SensorFrames {
   };
 
  public:
-  // For the frame thread. Passes its decisions to the other follower.
+  // For the frame thread. Passes its decisions to the other follower. While the thread waits or
+  // works on a frame, the grid has a second copy; if neither is as it was left, the grid begins
+  // again, and the frame thread gets a report.
   class FrameFollower {
    public:
     explicit FrameFollower(SensorFrames& frames) noexcept
-        : frames_(frames), grid_(frames.parameters_, frames.epoch_ns_) {}
+        : frames_(frames), grid_(frames.parameters_, frames.epoch_ns_) {
+      twin_.seal(bytes_of(grid_));
+    }
 
     Boundary next(TimeNs) noexcept {
       Boundary boundary;
       for (bool over = false;;) {
+        check();
+        bool begins = over;
         if (Arrival arrival; frames_.arrived_.take(arrival)) {
-          if (grid_.arrived(arrival.index, arrival.time_ns, boundary)) break;
+          begins = grid_.arrived(arrival.index, arrival.time_ns, boundary);
         } else if (over) {
           grid_.held(now_ns(), boundary);
-          break;
         }
+        twin_.seal(bytes_of(grid_));
+        if (begins) break;
         if (frames_.stopped()) return boundary;  // no frame begins
         over = !frames_.arrived_.alarm().wait(grid_.deadline(), 0);
       }
+      frame_ = boundary.frame;
       frames_.begun_.post(boundary);
       return boundary;
     }
 
    private:
+    void check() noexcept {
+      if (twin_.check(bytes_of(grid_)) != MemoryCheck::lost) return;
+      const SensorFramesParameters& p = frames_.parameters_;
+      grid_ = SensorGrid(p, now_ns() - p.period_ns - p.grace_ns, frame_);  // a frame is due
+      frames_.memory_lost_ = true;
+    }
+
     SensorFrames& frames_;
     SensorGrid grid_;
+    Twin<sizeof(SensorGrid)> twin_;
+    std::uint64_t frame_ = 0;  // the last one
   };
 
   // For the actuate thread. When the frame thread does not begin a frame in time, the frame has no
@@ -258,6 +282,7 @@ class SensorFrames {
   SensorFramesParameters parameters_;
   TimeNs epoch_ns_;
   std::uint64_t packets_ = 0;  // bus thread
+  bool memory_lost_ = false;   // frame thread
   std::atomic<bool> stopped_{false};
   Mailbox<Arrival> arrived_;
   Mailbox<Boundary> begun_;

@@ -4,9 +4,13 @@
 #include <rapidcheck.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <bit>
 #include <chrono>
+#include <cstdint>
 #include <future>
+#include <span>
 #include <thread>
 #include <vector>
 
@@ -319,6 +323,50 @@ TEST(ActuateFollower, AWakeUpBeginsTheWorkAtOnce) {
   EXPECT_EQ(work.done.get_future().wait_for(std::chrono::seconds(30)), std::future_status::ready);
   f.begin(1);
   actuate.join();
+}
+
+class FlippedFrames : public testing::Test {
+ protected:
+  // The next frame of the sensor; never waits.
+  Boundary next(std::uint64_t index) {
+    f.frames.announce(index, begun_ns + static_cast<TimeNs>(index - 1) * kPeriod);
+    f.frames.stop();
+    return f.frame.next(0);
+  }
+  std::span<std::uint8_t> memory() {  // behind the reference
+    return std::span<std::uint8_t>(bytes_of(f.frame)).subspan(sizeof(void*));
+  }
+  Followed f{kPeriod};
+  TimeNs begun_ns = f.begin(1);
+};
+
+TEST_F(FlippedFrames, EachBitThatFlipsWhileTheThreadWaitsIsCorrected) {
+  std::uint64_t index = 1;
+  for (std::size_t bit = 0; bit < 8 * memory().size(); ++bit) {
+    memory()[bit / 8] ^= static_cast<std::uint8_t>(1u << bit % 8);
+    const Boundary b = next(++index);
+    ASSERT_EQ(b.frame, index) << bit;
+    ASSERT_EQ(b.time_ns, begun_ns + static_cast<TimeNs>(index - 1) * kPeriod) << bit;
+    ASSERT_EQ(b.skipped, 0u) << bit;
+    ASSERT_FALSE(f.frames.take_memory_lost()) << bit;
+  }
+}
+
+TEST_F(FlippedFrames, BothCopiesDamagedAreReportedAndFramesCountOn) {
+  const auto period = std::bit_cast<std::array<std::uint8_t, sizeof(TimeNs)>>(kPeriod);
+  std::uint8_t flips = 0x40;
+  for (auto rest = memory(); !rest.empty(); rest = rest.subspan(1)) {
+    if (rest.size() < period.size() || !std::ranges::equal(rest.first(period.size()), period))
+      continue;
+    rest[7] ^= flips;
+    flips >>= 1;
+  }
+  ASSERT_EQ(flips, 0x10);
+  begun_ns = now_ns() - kPeriod;
+  EXPECT_EQ(next(2).frame, 2u);
+  EXPECT_TRUE(f.frames.take_memory_lost());
+  EXPECT_FALSE(f.frames.take_memory_lost());
+  EXPECT_EQ(next(3).frame, 3u);
 }
 
 TEST(SensorFrames, AStopEndsAllWaits) {

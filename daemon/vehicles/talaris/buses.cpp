@@ -232,6 +232,7 @@ std::size_t Buses::collect(TimeNs boundary_ns, std::span<TalarisSample> samples,
 bool Buses::take_memory_lost() noexcept {
   bool lost = can_.take_memory_lost();
   lost = actuation_.take_memory_lost() || lost;
+  lost = frames_.take_memory_lost() || lost;
   for (LineBus* line : {&imu_, &altimeter_}) lost = line->take_memory_lost() || lost;
   for (const Extra& each : extra_) lost = each.line->take_memory_lost() || lost;
   return lost;

@@ -84,8 +84,8 @@ class Buses {
   std::size_t collect(TimeNs boundary_ns, std::span<TalarisSample> samples,
                       BusReport& report) noexcept;
 
-  // Frame thread: memory of a bus thread or of the valves' timing was damaged in both copies since
-  // the last call.
+  // Frame thread: memory of a bus thread, of the valves' timing or of the frames' was damaged in
+  // both copies since the last call.
   bool take_memory_lost() noexcept;
 
   // Actuate thread: orders of this frame, or again those of the frame before.

@@ -20,9 +20,12 @@ std::unique_ptr<SensorLine> imu_driver(const BusesParameters& p) {
   return std::make_unique<LandMark30>(p.landmark);
 }
 
-std::uint32_t packets(const BusesParameters& p) {
-  return static_cast<std::uint32_t>(p.imu == ImuKind::crossbow ? p.crossbow.packets_per_frame
-                                                               : p.landmark.packets_per_frame);
+SensorFramesParameters grid_parameters(const config::Config& config, const BusesParameters& p) {
+  const int packets =
+      p.imu == ImuKind::crossbow ? p.crossbow.packets_per_frame : p.landmark.packets_per_frame;
+  return {.packets = static_cast<std::uint32_t>(packets),
+          .period_ns = config.period_ns,
+          .grace_ns = p.grace_ns};
 }
 
 }  // namespace
@@ -52,10 +55,7 @@ Chain::Chain(const Options& options)
                  options.seed + 3, kBegin),
       master_(parameters_.buses.can),
       valves_(parameters_.buses.valves),
-      grid_({.packets = packets(parameters_.buses),
-             .period_ns = config_.period_ns,
-             .grace_ns = parameters_.buses.grace_ns},
-            kBegin) {
+      grid_(grid_parameters(config_, parameters_.buses), kBegin) {
   for (const sim::SerialLine& line : world_->lines()) {
     if (parameters_.buses.has_camera && line.name == "camera")
       camera_.emplace(line, std::make_unique<FlowCamera>(parameters_.buses.camera),
@@ -76,6 +76,8 @@ Chain::Chain(const Options& options)
   master_twin_.seal(bytes_of(master_));
   valves_.reopened(now_ns_);
   valves_twin_.seal(bytes_of(valves_));
+  grid_twin_.seal(bytes_of(grid_));
+  deadline_ns_ = grid_.deadline();
   can_.open = can_.was_open = true;
   turn_can();
 }
@@ -94,7 +96,7 @@ TimeNs Chain::next_event() {
   for (const auto& corner : corners_) corners_ns = std::min(corners_ns, corner->next_wake());
   return std::min({step_ns_, imu_.next_wake(), altimeter_.next_wake(), wire_->next_wake(),
                    std::max(master_.next_wake(), now_ns_ + 1),
-                   std::max(valves_.next_wake(), now_ns_ + 1), grid_.deadline(), release_ns_,
+                   std::max(valves_.next_wake(), now_ns_ + 1), deadline_ns_, release_ns_,
                    heartbeat_ns_, camera_ ? camera_->next_wake() : kNever,
                    standby_ ? standby_->next_wake() : kNever, corners_ns});
 }
@@ -206,12 +208,25 @@ void Chain::turn_can() {
 // ---- the frame thread, as daemon/runtime/frames.h and runtime.h
 
 void Chain::begin_frame() {
-  if (FrameTick tick; imu_.take_tick(tick)) {
-    if (grid_.arrived(tick.index, tick.time_ns, boundary_)) frame(boundary_);
-  } else if (now_ns_ >= grid_.deadline()) {
-    grid_.held(now_ns_, boundary_);
-    frame(boundary_);
-  }
+  FrameTick tick;
+  const bool ticked = imu_.take_tick(tick);
+  if (!ticked && now_ns_ < deadline_ns_) return;
+  bool begins = true;
+  frame_work([&] {
+    if (protect_ && grid_twin_.check(bytes_of(grid_)) == MemoryCheck::lost) {
+      const SensorFramesParameters p = grid_parameters(config_, parameters_.buses);
+      grid_ = SensorGrid(p, now_ns_ - p.period_ns - p.grace_ns, in_.frame);
+      bus_memory_lost_ = true;
+    }
+    if (ticked) {
+      begins = grid_.arrived(tick.index, tick.time_ns, boundary_);
+    } else {
+      grid_.held(now_ns_, boundary_);
+    }
+    grid_twin_.seal(bytes_of(grid_));
+  });
+  deadline_ns_ = grid_.deadline();
+  if (begins) frame(boundary_);
 }
 
 void Chain::frame(const Boundary& boundary) {
@@ -318,6 +333,7 @@ std::vector<Chain::Memory> Chain::memory() {
   if (protect_) {
     all.push_back(part("second copies", master_twin_));
     all.push_back(part("second copies", valves_twin_));
+    all.push_back(part("second copies", grid_twin_));
   }
   return all;
 }

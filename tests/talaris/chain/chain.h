@@ -123,6 +123,9 @@ class Chain final : public testing_support::VirtualChain<Vehicle, Mode, Paramete
   std::uint32_t reset_serial_ = 0;
   std::uint64_t restarts_ = 0;  // of the CAN port, seen by the actuate thread
   SensorGrid grid_;
+  Twin<sizeof(SensorGrid)> grid_twin_;
+  TimeNs
+      deadline_ns_;  // until then the frame thread sleeps, even if a flip changes the grid's memory
   Boundary boundary_{};
 };
 
