@@ -15,6 +15,7 @@
 #include <fstream>
 #include <random>
 
+#include "tests/campaign/flip_results.h"
 #include "tests/campaign/results.h"
 #include "tests/campaign/script.h"
 #include "tests/support/stamp.h"
@@ -37,6 +38,7 @@ constexpr const char* kExamples =
     "  lss-campaign zebro --script HEX    report of a script that a search printed\n"
     "  lss-campaign talaris --flips 10000 --seed 3    single bits of memory, docs/flips.md\n"
     "  lss-campaign zebro --flips 1000 --part registers    ... of registers\n"
+    "  lss-campaign merge seed-*.json    the sum of several seeds, each with --out\n"
     "Exit code 0: all conditions satisfied.";
 
 struct Options {
@@ -77,17 +79,36 @@ void fix_addresses(char** arguments) {
   fmt::print(stderr, "addresses are random here: the same seed can have other outcomes\n");
 }
 
-// Unsafe: 1.
-int flip_bits(const FlipPlan& plan, const std::vector<std::string>& wanted) {
-  bool unsafe = false;
+FlipResults flip_bits(const FlipPlan& plan, const std::vector<std::string>& wanted) {
+  FlipResults results{
+      .commit = lss::testing_support::commit_around(fs::read_symlink("/proc/self/exe")),
+      .part = plan.part,
+      .protect = plan.protect,
+      .seeds = {plan.seed},
+      .vehicles = {}};
   for (const Subject& subject : subjects()) {
     if (!wanted.empty() && std::ranges::count(wanted, subject.vehicle) == 0) continue;
-    const FlipCounts counts = subject.flip(plan);
-    fmt::print("{}\n", flip_table(subject.vehicle, counts));
-    std::fflush(stdout);
+    results.vehicles[subject.vehicle] = subject.flip(plan);
+  }
+  return results;
+}
+
+// Unsafe: 1.
+int tell_flips(const FlipResults& results, const std::string& out) {
+  fmt::print("{}", document(results));
+  std::fflush(stdout);
+  if (!out.empty()) write(results, out);
+  bool unsafe = false;
+  for (const auto& [vehicle, counts] : results.vehicles) {
     for (const auto& [part, tally] : counts.parts) unsafe = unsafe || tally.back() != 0;
   }
   return unsafe ? 1 : 0;
+}
+
+FlipResults merge_flips(const std::vector<std::string>& files) {
+  std::vector<FlipResults> all;
+  for (const std::string& file : files) all.push_back(read_flips(file));
+  return merge(all);
 }
 
 Results play(const Options& o) {
@@ -226,9 +247,9 @@ int main(int argc, char** argv) {
       ->check(CLI::ExistingDirectory);
   cli.add_option("--markdown", o.markdown, "write the document there");
   cli.footer(kExamples);
-  CLI::App* merges =
-      cli.add_subcommand("merge", "Adds up the results of all shards of a campaign.");
-  merges->add_option("file", o.files, "results (--out) of each shard")->required();
+  CLI::App* merges = cli.add_subcommand(
+      "merge", "Adds up the results of all shards of a campaign, or of flips of several seeds.");
+  merges->add_option("file", o.files, "results (--out) of each shard or seed")->required();
   merges->add_option("--out", o.out, "write the sum there");
   merges->add_option("--markdown", o.markdown, "write the document there");
   CLI::App* searches = cli.add_subcommand(
@@ -252,8 +273,10 @@ int main(int argc, char** argv) {
     if (o.flips.flips != 0) {
       fix_addresses(argv);
       o.flips.protect = !o.unprotected;
-      return flip_bits(o.flips, o.wanted);
+      return tell_flips(flip_bits(o.flips, o.wanted), o.out);
     }
+    if (merges->parsed() && is_flips(o.files.front()))
+      return tell_flips(merge_flips(o.files), o.out);
     if (script->count() != 0) return play_script(o);
     const Results results = merges->parsed() ? merge_files(o) : play(o);
     if (!o.out.empty()) write(results, o.out);
