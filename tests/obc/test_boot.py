@@ -1,16 +1,20 @@
 """The installed package on a booted OBC: up to READY, with only the rights that it needs, and stopped."""
 
+import os
 import re
 import shutil
-import os
+import signal
+import threading
+import time
 import unittest
 
 from box import Box, setUpModule  # noqa: F401  pylint: disable=unused-import
 
 
-class Boot(Box):
-    COUNTED = False  # nothing here is about time, and it is part of every run
+STILL_S = 3
 
+
+class Boot(Box):
     def test_1_a_real_time_kernel_with_nothing_enabled_by_surprise(self):
         self.assertIn("PREEMPT_RT", self.must("uname -v"))
         self.assertEqual(self.must("id -gn lss; id -gn iox"), "lss\nlss")
@@ -64,6 +68,25 @@ class Boot(Box):
         self.assertEqual(self.show("lssd@ardito", "Result"), "success")
         self.must("systemctl stop iox-roudi")
         self.assertEqual(self.must("systemctl --failed --no-legend"), "")
+
+    def test_7_no_time_passes_while_the_host_stands_still(self):
+        """Else a busy host would let limits pass, as systemd's of 90 s for a mount or a unit."""
+        begun, go_on = (os.path.join(self.share, name) for name in ("begun", "go_on"))
+
+        def stand_still():
+            while not os.path.exists(begun):
+                time.sleep(0.01)
+            self.machine.process.send_signal(signal.SIGSTOP)
+            time.sleep(STILL_S)
+            self.machine.process.send_signal(signal.SIGCONT)
+            with open(go_on, "wb"):
+                pass
+
+        threading.Thread(target=stand_still, daemon=True).start()
+        # The loop keeps the CPU busy: time would leap ahead.
+        passed = self.must("while :; do :; done & begin=$EPOCHREALTIME; touch /mnt/host/begun; "
+                           "until [ -e /mnt/host/go_on ]; do :; done; end=$EPOCHREALTIME; kill $!; echo $begin $end").split()
+        self.assertLess(float(passed[1]) - float(passed[0]), STILL_S)
 
 
 if __name__ == "__main__":

@@ -18,8 +18,6 @@ FOREIGN = 4  # exit code of lssd --replay: another layout, format or vehicle
 class Recordings(Box):
     """Without rigid bodies of legs and wheels: those are too slow here."""
 
-    COUNTED = False  # simulated time does not depend on the machine's
-
     def move(self, vehicle, motion, seconds, words="", **changes):
         """The programs as they are installed, for so many simulated seconds. Their recording, on this machine."""
         folder, config = f"/run/{vehicle}", f"/run/{vehicle}.toml"

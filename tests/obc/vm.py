@@ -19,7 +19,7 @@ import tempfile
 import time
 
 IMAGE = os.environ["LSS_OBC_IMAGE"]
-BOOT_S = 300  # on a busy machine
+BOOT_S = 600  # on a busy machine
 PATIENCE = 5  # limits are seconds in the box; so many times as long here
 # Of each processor: the machine and its console.
 MACHINES = {"amd64": (["qemu-system-x86_64", "-M", "q35", "-cpu", "max"], "ttyS0"),
