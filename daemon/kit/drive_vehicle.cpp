@@ -76,6 +76,13 @@ bool DriveVehicle::enabled() const noexcept {
   return true;
 }
 
+bool DriveVehicle::powered() const noexcept {
+  for (std::size_t i = 0; i < drives_; ++i) {
+    if (answers(i) && canopen::powered(bus_.status.link[i].drive)) return true;
+  }
+  return false;
+}
+
 bool DriveVehicle::standing(double motor_rpm) const noexcept {
   return std::ranges::all_of(std::span(motion_).first(drives_),
                              [&](const Motion& m) { return std::abs(m.motor_rpm) <= motor_rpm; });

@@ -91,6 +91,9 @@ class DriveVehicle : public Actor {
   void act(lc::ActionSet actions, const Request* request) noexcept override;
   Command gate(const Command& wanted, Supervisor& supervisor, TimeNs now) noexcept;
 
+  // Of a drive that answers: for the end of the daemon (daemon/cycle/ending.h).
+  bool powered() const noexcept;
+
   // For tests: an order behind the back of the controller.
   Command& wanted() noexcept { return orders_; }
 
