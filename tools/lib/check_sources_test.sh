@@ -89,5 +89,10 @@ plant tools/lss-sim/zebro/vehicle.cpp '#include "drivers/ardito/x.h"' 'vehicle z
 
 expect_faults
 
+fresh
+rm "$tree/tests/e2e/CMakeLists.txt"
+planted=(tests/e2e/test_walk.py:1: 'a test without tests/e2e/CMakeLists.txt' 'is in its CMakeLists.txt')
+expect_faults
+
 [ "$failed" = 0 ] && echo 'each violation is caught'
 exit "$failed"
