@@ -52,8 +52,8 @@ TEST(ResistiveForce, TimesAFactorIsThatOfLoosePoppySeeds) {
   expect_near(0.248, {0.051, 0.047, 0.053, 0.083, 0.020, -0.026, 0.057, 0, 0.025}, 0.03, 0.015);
 }
 
-// Coefficients from a public implementation (Isaac Lab, soft_contact); the factor is the stress
-// that they give under a level plate that moves down.
+// The factor is the stress that the coefficients give under a level plate that moves down; printed
+// is 0.488.
 TEST(ResistiveForce, TimesAFactorIsRoughlyThatOfClosePoppySeeds) {
   constexpr Printed kClose = {0.094, 0.092, 0.092, 0.151, 0.035, -0.039, 0.086, 0.018, 0.046};
   EXPECT_NEAR(kClose.at(0, kHalfTurn / 2).up, 0.464, 1e-9);

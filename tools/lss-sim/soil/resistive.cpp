@@ -6,7 +6,7 @@ namespace lss::sim::soil {
 namespace {
 
 // A for cosines and B for sines of the stress upwards, C and D of the one against the motion; the
-// first index is that of beta (M: -1), the second that of gamma. Li, Zhang and Goldman, table S1.
+// first index is that of beta (M: -1), the second that of gamma. Li, Zhang and Goldman, table S2.
 constexpr double kA00 = 0.206, kA10 = 0.169, kB11 = 0.212, kB01 = 0.358, kBM11 = 0.055;
 constexpr double kC11 = -0.124, kC01 = 0.253, kCM11 = 0.007, kD10 = 0.088;
 

@@ -60,8 +60,11 @@ void SoilRobot::immerse() {
   const Eigen::Vector3d ahead = Eigen::Vector3d(to_slope(0, 0), to_slope(1, 0), 0).normalized();
   axes_ << ahead, Eigen::Vector3d::UnitZ().cross(ahead), Eigen::Vector3d::UnitZ();
 
-  const double radius_m = shape_.leg_diameter_m / 2;
-  const double piece_m2 = std::numbers::pi * radius_m / kPieces * shape_.leg_width_m;
+  // Left of the way from toe to hip both are negative.
+  const double radius_m = shape_.leg_diameter_m / 2 / shape_.leg_curvature;
+  const double half_rad = std::asin(shape_.leg_curvature);
+  const double to_hip = std::sqrt(1 - shape_.leg_curvature * shape_.leg_curvature);
+  const double piece_m2 = 2 * half_rad * radius_m / kPieces * shape_.leg_width_m;
   for (int leg = 0; leg < kLegs; ++leg) {
     const ShaftState& shaft = shafts_[nth(leg)];
     const double sine = std::sin(shaft.angle_rad), cosine = std::cos(shaft.angle_rad);
@@ -71,9 +74,10 @@ void SoilRobot::immerse() {
       return Eigen::Vector3d(cosine * x + sine * z, 0, -sine * x + cosine * z);
     };
     for (int i = 0; i < kPieces; ++i) {
-      const double around = std::numbers::pi * (i + 0.5) / kPieces;  // from the toe to the hip
+      const double around =  // from the toe to the hip
+          std::numbers::pi / 2 - half_rad + 2 * half_rad * (i + 0.5) / kPieces;
       const Eigen::Vector3d normal = turned(-std::sin(around), -std::cos(around));
-      const Eigen::Vector3d arm = radius_m * (normal + turned(0, -1));
+      const Eigen::Vector3d arm = radius_m * (normal + turned(to_hip, -shape_.leg_curvature));
       const Eigen::Vector3d turn_m_s = shaft.velocity_rad_s * Eigen::Vector3d(arm.z(), 0, -arm.x());
       immerse(leg, hip_m + arm, normal, turn_m_s, piece_m2);
     }

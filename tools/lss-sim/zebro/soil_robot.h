@@ -3,11 +3,11 @@
 // A robot with six C-shaped legs on soil that gives way: its body is a rigid body on legs without
 // mass, and the forces on legs and underside are those of granular resistive force theory
 // (tools/lss-sim/soil/resistive.h). The surface stays as it was: no ruts, no stones. Legs are
-// strips along their half circle; their edges and the body's sides feel nothing. An overloaded leg
-// stands still, as in kinematic.h. A patch is met by pieces of its legs, each where it is, and by
-// the underside where one of these legs is nearest, on the centre line where both sides' are.
-// Lunar Zebro by default; other robots for validation. Used by one thread (physics). Nothing
-// allocates after construction.
+// strips along an arc; their edges and the body's sides feel nothing. An overloaded leg stands
+// still, as in kinematic.h. A patch is met by pieces of its legs, each where it is, and by the
+// underside where one of these legs is nearest, on the centre line where both sides' are. Lunar
+// Zebro by default; other robots for validation. Used by one thread (physics). Nothing allocates
+// after construction.
 
 #include <vector>
 
@@ -23,6 +23,9 @@ struct RobotShape {
   double length_m = kBodyLength_m, width_m = kBodyWidth_m;
   double hip_height_m = kHipHeightLying_m;                      // above the underside
   double leg_diameter_m = kLegDiameter_m, leg_width_m = 0.020;  // as built (Zebro thesis B.3.2)
+  // Of the arc from hip to toe, which are a diameter apart, times half of that. 1: a half circle
+  // whose convex side goes first; -1: whose hollow side does. Not 0: for a flat leg almost 0.
+  double leg_curvature = 1;
   std::array<double, kLegs> hip_x_m = std::to_array(kHipX_m), hip_y_m = std::to_array(kHipY_m);
 };
 
@@ -39,7 +42,7 @@ class SoilRobot final : public Plant {
   const std::array<LegInSoil, kLegs>& legs_in_soil() const override { return in_soil_; }
 
  private:
-  static constexpr int kPieces = 32;             // of a leg's half circle
+  static constexpr int kPieces = 32;             // of a leg's arc
   static constexpr int kAlong = 8, kAcross = 5;  // of the underside
   using Twist = Eigen::Matrix<double, 6, 1>;     // velocity, then rate of turn; slope's axes
 
