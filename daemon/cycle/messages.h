@@ -120,6 +120,7 @@ struct FaultRecord {
   std::uint16_t subject = 0;
   std::uint32_t count = 0;
   TimeNs since_ns = 0;
+  bool operator==(const FaultRecord&) const = default;
 };
 inline constexpr std::size_t kMaxFaults = 16;
 
@@ -150,6 +151,7 @@ struct ThreadStatus {
   bool granted = false;
   std::uint64_t page_faults = 0;  // since start
   std::uint64_t mallocs = 0;      // since start
+  bool operator==(const ThreadStatus&) const = default;
 };
 
 // The contents of lss/status that are not in the configuration.
@@ -182,6 +184,7 @@ struct StatusReport {
   bool simulated_time = false;
   bool stop_falls = false;  // a pilot's STOP in the air is the emergency stop; false: land
   // (daemon/publish adds the state of shared memory)
+  bool operator==(const StatusReport&) const = default;
 };
 
 }  // namespace lss

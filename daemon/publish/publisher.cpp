@@ -7,13 +7,14 @@
 #include <algorithm>
 #include <cstdlib>
 #include <span>
+#include <utility>
 
 #include "daemon/runtime/clock.h"
 
 namespace lss {
 namespace {
 
-constexpr TimeNs kStatusEvery = kSecond, kStatusInLockstep = 200 * kMillisecond;
+constexpr TimeNs kStatusInLockstep = 200 * kMillisecond;
 // Each goes to every daemon of the domain. Of a second daemon of a name the first has to know soon,
 // as it may move: a new daemon sends more of them, too.
 constexpr TimeNs kHeartbeatAtRest = kSecond;
@@ -98,6 +99,7 @@ void Publisher::stop() {
 
 void Publisher::answer(const Ack& ack, std::string_view name) {
   if (Face* face = answering_) face->acknowledge(ack, name);
+  answered_ = true;
 }
 
 void Publisher::put(const Supervisor::Outbox& outbox) noexcept {
@@ -180,7 +182,7 @@ void Publisher::drain() {
   // Results of saving complete commands whose other acknowledgements were put before.
   std::vector<SaveResult> results;
   for (SaveResult result; sources_.parameters_saved(result);) results.push_back(result);
-  for (Ack ack; acks_.pop(ack);) face_->acknowledge(ack);
+  for (Ack ack; acks_.pop(ack);) answer(ack, {});
   for (const SaveResult& result : results) saved(result);
   for (EventRecord event; events_.pop(event);) {
     publish(event);
@@ -255,10 +257,13 @@ void Publisher::watch_expiry(TimeNs now) {
 void Publisher::publish_status(TimeNs now) {
   state_.update();
   if (now < next_status_ns_) return;
+  const TimeNs contact_ns = state_.value().contact_ns;
+  const bool spoken_to = std::exchange(contact_ns_, contact_ns) != contact_ns;
+  const bool asked = answered_.exchange(false) || spoken_to || next_status_ns_ == 0;
   // Simulated time may be slower than the clock by which a client misses it.
-  next_status_ns_ = now + (lockstep::on() ? kStatusInLockstep : kStatusEvery);
+  next_status_ns_ = now + (lockstep::on() ? kStatusInLockstep : StatusPace::kEvery);
   const StatusReport r = report(now);
-  face_->status(r);
+  if (pace_.is_due(r, asked)) face_->status(r);
   face_->timing(statistics_.statistics());
   std::string summary =
       fmt::format("{} {}{}{}, frame {}, overruns {}, faults {}", config_.vehicle_id,

@@ -20,6 +20,7 @@
 #include "daemon/cycle/text.h"
 #include "daemon/parameters/saver.h"
 #include "daemon/publish/face.h"
+#include "daemon/publish/status_pace.h"
 #include "daemon/record/certificate.h"
 #include "daemon/runtime/clock_step.h"
 #include "daemon/runtime/expiry_watch.h"
@@ -70,7 +71,7 @@ class Publisher {
   void certificate(const record::Certificate& certificate) { certified_.emplace(certificate); }
   void stop();
 
-  // Listener thread: an answer that needs no frame.
+  // Listener thread: an answer that needs no frame. And publish thread.
   void answer(const Ack& ack, std::string_view name);
 
   // Frame thread.
@@ -138,6 +139,9 @@ class Publisher {
   TimeNs statistics_from_ns_ = 0;  // only later frames count
   ClockStep clock_step_;
   ExpiryWatch expiry_;  // of the enclave
+  StatusPace pace_;
+  std::atomic<bool> answered_{false};  // since the last status was due
+  TimeNs contact_ns_ = 0;              // as it was then
   TimeNs next_status_ns_ = 0, heartbeat_ns_ = 0, next_watch_ns_ = 0;
   bool memory_locked_ = false, granted_ = true;
 

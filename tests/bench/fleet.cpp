@@ -59,7 +59,8 @@ void measure(const Options& options, std::size_t vehicles, int domain, Figures& 
   client.all_heard_s(vehicles);
   const double before = loopback_bytes();
   const TimeNs began_ns = now_ns();
-  std::this_thread::sleep_for(std::chrono::seconds(options.count(20, 1)));
+  // A multiple of the periods of status (StatusPace) and of DDS' own messages, 8 s.
+  std::this_thread::sleep_for(std::chrono::seconds(options.count(40, 1)));
   const double elapsed_s = static_cast<double>(now_ns() - began_ns) * 1e-9;
   figures.push_back(
       plain(of + "traffic of each, idle", "kB/s",

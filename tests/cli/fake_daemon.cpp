@@ -13,7 +13,7 @@
 namespace lss::cli::test {
 namespace {
 
-using std::chrono::milliseconds;
+using std::chrono::milliseconds, std::chrono::seconds;
 using zebro::Mode;
 
 constexpr milliseconds kPeriod{10};
@@ -70,6 +70,7 @@ void FakeDaemon::open() {
     return checked(dds::create_writer(participant_.get(), dds::common_topic(kind)));
   };
   acks_ = writer(dds::Kind::command_ack);
+  heartbeat_writer_ = writer(dds::Kind::heartbeat);
   events_ = writer(dds::Kind::event);
   timing_ = writer(dds::Kind::timing_statistics);
   parameter_writer_ = writer(dds::Kind::parameters);
@@ -103,7 +104,7 @@ FakeDaemon::~FakeDaemon() {
 }
 
 void FakeDaemon::run() {
-  Clock::time_point next_status{};
+  Clock::time_point next_status{}, next_heartbeat{};
   dds::OtherDaemons others(participant_);
   while (!stop_) {
     others.look();
@@ -113,10 +114,14 @@ void FakeDaemon::run() {
       const bool speaks = Clock::now() >= speaks_;
       if (speaks && !status_) open();
       if (!silent_ && status_) {
-        take_commands();
+        if (take_commands()) next_status = std::min(next_status, Clock::now() + seconds(1));
         if (speaks && (changed_ || Clock::now() >= next_status)) {
           publish_status();
-          next_status = Clock::now() + milliseconds(1000);
+          next_status = Clock::now() + seconds(state_ == lss_STATE_IDLE ? 8 : 1);
+        }
+        if (speaks && Clock::now() >= next_heartbeat) {
+          publish_heartbeat();
+          next_heartbeat = Clock::now() + seconds(1);
         }
         if (mode_ == Mode::walking) distance_m_ += 0.0001;
         if (periodic_) publish_telemetry();
@@ -126,23 +131,27 @@ void FakeDaemon::run() {
   }
 }
 
-void FakeDaemon::take_commands() {
+bool FakeDaemon::take_commands() {
+  bool spoken_to = false;
   dds_sample_info_t info{};
   lss_Heartbeat heartbeat{};
   void* heartbeats[1] = {&heartbeat};
   while (dds_take(heartbeat_reader_.get(), heartbeats, &info, 1, 1) == 1) {
     if (!info.valid_data) continue;
     ++heartbeats_;
+    spoken_to = true;
     heart_ = text(heartbeat.source);
   }
   lss_Command command{};
   void* commands[1] = {&command};
   while (dds_take(commands_.get(), commands, &info, 1, 1) == 1) {
+    spoken_to = true;
     const std::string_view id = text(command.vehicle_id);
     const bool every = id == dds::kEveryVehicle && command.kind == kEstop;
     if (info.valid_data && (every || id == birth_.vehicle_id))
       obey(command, info.publication_handle);
   }
+  return spoken_to;
 }
 
 bool FakeDaemon::is_troubled(std::uint16_t kind, Trouble::Kind what) {
@@ -248,14 +257,29 @@ void FakeDaemon::finish(lss_Phase phase, Reason reason) {
   active_ = {};
 }
 
+lss_Instance FakeDaemon::instance() const {
+  lss_Instance instance{};
+  put(instance.host, "obc");
+  instance.pid = birth_.pid;
+  instance.started_utc_ns = 1'900'000'000'000'000'000;
+  return instance;
+}
+
+void FakeDaemon::publish_heartbeat() {
+  lss_Heartbeat heartbeat{};
+  put(heartbeat.vehicle_id, birth_.vehicle_id);
+  put(heartbeat.source, dds::kDaemonSource);
+  heartbeat.state = state_;
+  heartbeat.instance = instance();
+  dds_write(heartbeat_writer_.get(), &heartbeat);
+}
+
 void FakeDaemon::publish_status() {
   lss_Status status{};
   put(status.vehicle_id, birth_.vehicle_id);
   put(status.vehicle, birth_.vehicle);
   put(status.version, "0.0.0");
-  put(status.instance.host, "obc");
-  status.instance.pid = birth_.pid;
-  status.instance.started_utc_ns = 1'900'000'000'000'000'000;
+  status.instance = instance();
   status.airborne = airborne_;
   status.stop_in_flight = stop_in_flight_;
   put(status.authority, authority_);

@@ -88,7 +88,7 @@ class FakeDaemon {
  private:
   void open();
   void run();
-  void take_commands();
+  bool take_commands();  // true: somebody spoke
   void obey(const lss_Command& command, std::uint64_t writer);
   bool is_troubled(std::uint16_t kind, Trouble::Kind what);
   void perform(const lss_Command& command);
@@ -96,14 +96,16 @@ class FakeDaemon {
   void publish_parameters();
   void acknowledge(const lss_Command& command, lss_Phase phase, Reason reason = Reason::none);
   void finish(lss_Phase phase, Reason reason = Reason::none);
+  lss_Instance instance() const;
   void publish_status();
+  void publish_heartbeat();
   void publish_telemetry();
 
   mutable std::mutex mutex_;
   Birth birth_;  // outlives the readers, which look at the name
   dds::Participant participant_;
-  dds::Entity commands_, heartbeat_reader_, acks_, status_, events_, timing_, parameter_writer_,
-      dictionary_, telemetry_;
+  dds::Entity commands_, heartbeat_reader_, heartbeat_writer_, acks_, status_, events_, timing_,
+      parameter_writer_, dictionary_, telemetry_;
   Clock::time_point speaks_;
   std::string authority_, heart_;
   std::map<std::uint16_t, Trouble> troubles_;

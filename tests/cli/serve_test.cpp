@@ -292,6 +292,14 @@ TEST_F(Serve, WhatAConnectionSentBeforeItWasReplacedIsExecuted) {
   EXPECT_EQ(last->ask(3, "status")["state"], "FatalError");
 }
 
+// Its status comes every 8 s then.
+TEST_F(Serve, StaysWithADaemonAtRest) {
+  const auto obc = connect();
+  const Clock::time_point until = Clock::now() + std::chrono::milliseconds(4500);
+  ASSERT_TRUE(await([&] { return Clock::now() >= until; }));
+  EXPECT_EQ(obc->ask(1, "status")["state"], "Idle");
+}
+
 TEST_F(Serve, EndsWithTheDaemon) {
   const auto obc = connect();
   daemon_.fall_silent();

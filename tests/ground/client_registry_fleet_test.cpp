@@ -163,6 +163,27 @@ TEST_F(ClientRegistryTest, APageGetsEveryVehicleOfAFleetThatIsLargerThanItsOutbo
   EXPECT_FALSE(page.doomed) << page.why;
 }
 
+// At rest its status comes seldom. A heartbeat of a client is none of the daemon.
+TEST_F(ClientRegistryTest, TheHeartbeatOfADaemonShowsThatItLives) {
+  Client& page = client(Client::Line::data);
+  Talker daemon(domain_);
+  daemon.say("zebro-1");
+  ASSERT_TRUE(until([&] { return has("zebro-1"); }));
+  const auto age_ms = [&](const char* of) {
+    const auto all = said(page, "pulse");
+    return all.empty() ? -1 : all.back()["crafts"]["zebro-1"][of].get<int>();
+  };
+  ASSERT_TRUE(until([&] {
+    daemon.beat("zebro-1", "somebody");
+    return age_ms("daemon_age_ms") > 700;
+  }));
+  ASSERT_TRUE(until([&] {
+    daemon.beat("zebro-1");
+    return age_ms("daemon_age_ms") < 500;
+  }));
+  EXPECT_GT(age_ms("status_age_ms"), 700);
+}
+
 TEST_F(ClientRegistryTest, AStatusNamesBothDaemonsOfOneNameAndWhetherTheVehicleFlies) {
   Client& page = client(Client::Line::data);
   Talker one(domain_), other(domain_);

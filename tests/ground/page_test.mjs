@@ -63,7 +63,7 @@ function standIn(setup) {
     const now = performance.now(), beat = beats.filter(([at]) => at <= now - gateway.late_ms).pop()?.[1];
     const crafts = {};
     for (const [id, c] of Object.entries(gateway.crafts))
-      crafts[id] = {alive: c.age_ms === 0, status_age_ms: c.age_ms, telemetry_age_ms: c.age_ms};
+      crafts[id] = {alive: c.age_ms === 0, daemon_age_ms: c.age_ms, status_age_ms: c.status_age_ms ?? c.age_ms, telemetry_age_ms: c.age_ms};
     if (gateway.open) for (const protocol of ["lss-ground", "lss-stop"]) gateway.say(protocol, {type: "pulse", beat, crafts, crowded: gateway.crowded ?? false, gateway: {}});
     gateway.told = "lss-ground" in gateway.sockets;
   }, 100);

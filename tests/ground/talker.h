@@ -31,6 +31,7 @@ class Talker {
       : participant_(cli::checked(dds::Participant::create({.domain = domain}))),
         status_(writer(dds::Kind::status)),
         acks_(writer(dds::Kind::command_ack)),
+        heartbeats_(writer(dds::Kind::heartbeat)),
         dictionary_(writer(dds::Kind::dictionary)),
         commands_(cli::checked(
             dds::create_reader(participant_.get(), dds::common_topic(dds::Kind::command)))) {}
@@ -42,6 +43,12 @@ class Talker {
     cli::put(status.vehicle, vehicle);
     if (change) change(status);
     dds_write(status_.get(), &status);
+  }
+  void beat(const std::string& id, std::string_view source = dds::kDaemonSource) {
+    lss_Heartbeat heartbeat{};
+    cli::put(heartbeat.vehicle_id, id);
+    cli::put(heartbeat.source, source);
+    dds_write(heartbeats_.get(), &heartbeat);
   }
   void answer(const lss_Command& command, const std::string& id, lss_Phase phase,
               Reason reason = Reason::none) {
@@ -77,7 +84,7 @@ class Talker {
   }
 
   dds::Participant participant_;
-  dds::Entity status_, acks_, dictionary_, commands_;
+  dds::Entity status_, acks_, heartbeats_, dictionary_, commands_;
   std::vector<lss_Command> heard_;
 };
 

@@ -168,6 +168,7 @@ void ClientRegistry::tell_pulse() {
   json crafts = json::object();
   for (const auto& [id, craft] : fleet_.crafts()) {
     crafts[id] = {{"alive", craft.alive},
+                  {"daemon_age_ms", age_ms(craft.heard, now)},
                   {"status_age_ms", age_ms(craft.status_time, now)},
                   {"telemetry_age_ms", age_ms(craft.telemetry_time, now)}};
   }

@@ -5,20 +5,12 @@
 #include "tools/lss-cli/session/wire.h"
 
 namespace lss::ground {
-namespace {
-
-bool same(const lss_Instance& a, const lss_Instance& b) {
-  return a.boot == b.boot && a.started_utc_ns == b.started_utc_ns && a.pid == b.pid &&
-         cli::text(a.host) == cli::text(b.host);
-}
-
-}  // namespace
 
 void Daemons::heard(const lss_Instance& instance, Clock::time_point now) {
   if (instance.pid == 0) return;  // it does not name itself
   std::erase_if(daemons_, [&](const Daemon& d) { return now - d.heard >= kGone; });
-  const auto known =
-      std::ranges::find_if(daemons_, [&](const Daemon& d) { return same(d.instance, instance); });
+  const auto known = std::ranges::find_if(
+      daemons_, [&](const Daemon& d) { return cli::is_same(d.instance, instance); });
   if (known != daemons_.end()) {
     known->heard = now;
     return;

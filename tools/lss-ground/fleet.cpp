@@ -4,6 +4,7 @@
 #include <cstring>
 #include <memory>
 
+#include "idl/recording_reader.h"
 #include "tools/lss-cli/session/status.h"
 #include "tools/lss-cli/session/wire.h"
 #include "tools/lss-cli/show/failure.h"
@@ -74,6 +75,11 @@ dds::Result<void> Fleet::open() {
                                      {dds::Kind::dictionary, &dictionary_reader_}}) {
     if (auto opened = open_reader(kind, *reader); !opened) return opened;
   }
+  // Clients send them, too: those of one name must not hide one another.
+  auto heartbeats = dds::create_recording_reader(
+      participant_.get(), dds::common_topic(dds::Kind::heartbeat), listener_.get());
+  if (!heartbeats) return tl::unexpected(heartbeats.error());
+  heartbeat_reader_ = std::move(*heartbeats);
   for (const auto& [kind, writer] : {std::pair{dds::Kind::command, &command_writer_},
                                      {dds::Kind::heartbeat, &heartbeat_writer_}}) {
     auto created = dds::create_writer(participant_.get(), dds::common_topic(kind));
@@ -106,6 +112,7 @@ Craft* Fleet::find(std::string_view id) {
 void Fleet::take() {
   take_dictionaries();
   take_status();
+  take_heartbeats();
   take_acks();
   take_events();
   take_timing();
@@ -199,12 +206,25 @@ void Fleet::take_status() {
                             craft = admit(sample, origin_of(status_reader_, info));
                           if (craft == nullptr) return;
                           craft->status = sample;
-                          craft->status_time = Clock::now();
+                          craft->status_time = craft->heard = Clock::now();
                           craft->alive = true;
                           craft->daemons.heard(sample.instance, craft->status_time);
                           places_.heard(craft->id, craft->status_time);
                           ears_.status(*craft);
                         });
+}
+
+// At rest a daemon sends its status seldom.
+void Fleet::take_heartbeats() {
+  take_each<lss_Heartbeat>(
+      heartbeat_reader_, [&](const lss_Heartbeat& sample, const dds_sample_info_t& info) {
+        Craft* craft = find(cli::text(sample.vehicle_id));
+        if (!info.valid_data || craft == nullptr || cli::text(sample.source) != dds::kDaemonSource)
+          return;
+        craft->heard = Clock::now();
+        craft->daemons.heard(sample.instance, craft->heard);
+        places_.heard(craft->id, craft->heard);
+      });
 }
 
 void Fleet::take_acks() {

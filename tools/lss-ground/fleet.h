@@ -32,7 +32,8 @@ struct Craft {
   std::shared_ptr<const cli::DescribedVehicle> described;
   lss_Status status{};
   Clock::time_point status_time{};
-  bool alive = false;  // its daemon is present
+  Clock::time_point heard{};  // the newest status or heartbeat of a daemon of that name
+  bool alive = false;         // its daemon is present
   Daemons daemons;
   std::vector<std::max_align_t> telemetry;
   Clock::time_point telemetry_time{};
@@ -92,6 +93,7 @@ class Fleet {
   dds::Result<void> open();
   dds::Result<void> open_reader(dds::Kind kind, dds::Entity& reader);
   void take_status();
+  void take_heartbeats();
   void take_acks();
   void take_events();
   void take_timing();
@@ -132,8 +134,8 @@ class Fleet {
   };
   std::unique_ptr<dds_listener_t, ListenerDeleter> listener_;
   dds::Participant participant_;
-  dds::Entity status_reader_, ack_reader_, event_reader_, timing_reader_, parameter_reader_,
-      dictionary_reader_;
+  dds::Entity status_reader_, heartbeat_reader_, ack_reader_, event_reader_, timing_reader_,
+      parameter_reader_, dictionary_reader_;
   std::vector<TelemetryReader> telemetry_readers_;
   dds::Entity command_writer_, heartbeat_writer_;
 };

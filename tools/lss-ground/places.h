@@ -24,7 +24,8 @@ namespace lss::ground {
 class Places {
  public:
   static constexpr std::size_t kMost = 128;
-  static constexpr Clock::duration kSilent = std::chrono::seconds(3);  // status comes each second
+  static constexpr Clock::duration kSilent =
+      std::chrono::seconds(3);  // heartbeats come each second
   static constexpr Clock::duration kForget = std::chrono::minutes(5);  // a name that never answered
   static constexpr Clock::duration kRemember =
       std::chrono::minutes(10);  // a name that has answered

@@ -189,8 +189,11 @@ void Bridge::take() {
   node_.take_news();
   const lss_Status& status = link_.status();
   const void* sample = link_.telemetry();
-  if (status.time_ns != last_status_ns_) {
+  const bool lost = link_.daemon_lost();
+  // Who shows diagnostics misses them after some seconds; at rest the status comes less often.
+  if (status.time_ns != last_status_ns_ || (!lost && Clock::now() >= diagnose_at_)) {
     last_status_ns_ = status.time_ns;
+    diagnose_at_ = Clock::now() + seconds(1);
     converter_.status(status, sample);
   }
   dds_sample_info_t info{};
@@ -206,7 +209,7 @@ void Bridge::take() {
   driver_.step(status);
   step_calls();
   report();
-  if (link_.daemon_lost() && Clock::now() >= lost_at_) {
+  if (lost && Clock::now() >= lost_at_) {
     converter_.lost(utc_now_ns());
     lost_at_ = Clock::now() + seconds(1);
   }

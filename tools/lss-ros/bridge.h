@@ -109,7 +109,7 @@ class Bridge {
   std::int64_t last_status_ns_ = 0;
   dds::Entity telemetry_reader_;
   std::string reported_;
-  cli::Clock::time_point lost_at_{};
+  cli::Clock::time_point lost_at_{}, diagnose_at_{};  // next
 };
 
 }  // namespace lss::ros

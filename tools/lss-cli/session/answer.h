@@ -9,8 +9,8 @@
 
 namespace lss::cli {
 
-// The daemon sends a status each second, and one soon after each change.
-inline constexpr std::chrono::nanoseconds kStatusLost = std::chrono::seconds(3);
+// The daemon sends a heartbeat each second, and its status soon after each change and answer.
+inline constexpr std::chrono::nanoseconds kDaemonLost = std::chrono::seconds(3);
 inline constexpr std::chrono::nanoseconds kStatusFollows = std::chrono::milliseconds(1500);
 // Twice the validity of a command.
 inline constexpr std::chrono::nanoseconds kAnswer = std::chrono::seconds(2);

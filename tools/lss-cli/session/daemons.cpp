@@ -19,9 +19,8 @@ dds::Entity builtin_reader(dds_entity_t participant, const dds_listener_t* liste
 }
 
 // Two daemons of one name must not hide each other: samples of one key wait side by side.
-dds::Entity status_reader(dds_entity_t participant, const dds_listener_t* listener) {
-  return checked(
-      dds::create_recording_reader(participant, dds::common_topic(dds::Kind::status), listener));
+dds::Entity reader_of(dds::Kind kind, dds_entity_t participant, const dds_listener_t* listener) {
+  return checked(dds::create_recording_reader(participant, dds::common_topic(kind), listener));
 }
 
 dds::ParticipantParameters parameters(const Options& options) {
@@ -47,12 +46,15 @@ dds::Participant own_participant(const Options& options) {
 Daemons::Daemons(const dds::Participant& participant, const dds_listener_t* listener)
     : participant_(participant),
       participant_reader_(builtin_reader(participant.get(), listener)),
-      status_reader_(status_reader(participant.get(), listener)) {}
+      status_reader_(reader_of(dds::Kind::status, participant.get(), listener)),
+      heartbeat_reader_(reader_of(dds::Kind::heartbeat, participant.get(), nullptr)) {}
 
 bool Daemons::take() {
   const bool participants = take_participants();
   const bool writers = take_writers();
-  return take_status() || participants || writers;
+  const bool statuses = take_status();
+  take_heartbeats();
+  return statuses || participants || writers;
 }
 
 bool Daemons::take_participants() {
@@ -122,9 +124,27 @@ bool Daemons::take_status() {
     Daemon& daemon = all_[*guid];
     news = news || !daemon.heard;
     daemon.status = sample;
-    daemon.heard = Clock::now();
+    daemon.heard = daemon.spoke = Clock::now();
   }
   return news;
+}
+
+// Of a daemon that has sent its status: at rest the next one comes late (StatusPace of the daemon).
+void Daemons::take_heartbeats() {
+  lss_Heartbeat sample{};
+  void* samples[1] = {&sample};
+  dds_sample_info_t info{};
+  while (dds_take(heartbeat_reader_.get(), samples, &info, 1, 1) == 1) {
+    const std::string_view id = text(sample.vehicle_id);
+    if (!info.valid_data || text(sample.source) != dds::kDaemonSource ||
+        !participant_.is_by_vehicle(id, heartbeat_reader_.get(), info))
+      continue;
+    for (auto& [guid, daemon] : all_) {
+      if (daemon.heard && text(daemon.status.vehicle_id) == id &&
+          is_same(daemon.status.instance, sample.instance))
+        daemon.spoke = Clock::now();
+    }
+  }
 }
 
 Clock::time_point Lull::step(bool news, Clock::time_point now) {

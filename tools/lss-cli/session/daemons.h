@@ -27,6 +27,7 @@ dds::Participant own_participant(const Options& options);
 struct Daemon {
   lss_Status status{};                       // the newest
   std::optional<Clock::time_point> heard{};  // when it arrived; empty: none yet
+  Clock::time_point spoke{};                 // the newest status or heartbeat
   unsigned others = 0;                       // that it knows of
 };
 
@@ -48,10 +49,11 @@ class Daemons {
   bool take_participants();
   bool take_writers();
   bool take_status();
+  void take_heartbeats();
   const Guid* daemon_of(dds_instance_handle_t writer);
 
   const dds::Participant& participant_;
-  dds::Entity participant_reader_, status_reader_;
+  dds::Entity participant_reader_, status_reader_, heartbeat_reader_;
   std::map<Guid, Daemon> all_;
   std::map<dds_instance_handle_t, Guid> writers_;  // of status, matched
 };

@@ -17,8 +17,8 @@ namespace {
 
 // Without a named vehicle, the search for others continues this long after the first was found.
 constexpr double kOthers_s = 2;
-// A daemon sends its status once a second. A daemon that is silent for this long does not count as
-// a second one of the same name. DDS still reports a killed daemon for 10 s.
+// A daemon sends heartbeats once a second at least. One that is silent for this long does not count
+// as a second one of the same name. DDS still reports a killed daemon for 10 s.
 constexpr double kSpeaks_s = 2.5;
 constexpr double kProbe_s = 0.25;
 constexpr double kDictionary_s = 5;  // a large sample, on a busy machine
@@ -78,6 +78,7 @@ bool Link::take() {
     status_ = ours.front()->status;
     status_time_ = *ours.front()->heard;
   }
+  for (const Daemon* daemon : ours) spoke_ = std::max(spoke_, daemon->spoke);
   return news;
 }
 
@@ -149,7 +150,7 @@ void Link::find_vehicle() {
   vehicle_id_ = id;
   status_ = daemon.status;
   vehicle_ = &describe();
-  status_time_ = found_ = Clock::now();
+  status_time_ = spoke_ = found_ = Clock::now();
 }
 
 const Vehicle& Link::describe() {
@@ -195,13 +196,13 @@ const lss_Status& Link::status() {
 }
 
 bool Link::daemon_lost() const {
-  return left_ || (Clock::now() - status_time_ >= kStatusLost && !status_.simulated_time);
+  return left_ || (Clock::now() - spoke_ >= kDaemonLost && !status_.simulated_time);
 }
 
 std::vector<lss_Instance> Link::instances() const {
   std::vector<lss_Instance> list;
   for (const Daemon* daemon : daemons_.named(vehicle_id_)) {
-    if (Clock::now() - *daemon->heard < seconds(kSpeaks_s)) list.push_back(daemon->status.instance);
+    if (Clock::now() - daemon->spoke < seconds(kSpeaks_s)) list.push_back(daemon->status.instance);
   }
   return list;
 }

@@ -164,6 +164,7 @@ class Link {
   std::string vehicle_id_;
   lss_Status status_{};
   Clock::time_point status_time_{}, found_{};
+  Clock::time_point spoke_{};  // a daemon of that name
   bool left_ = false;
   bool answered_ = false;            // both directions work
   std::deque<lss_CommandAck> acks_;  // taken already

@@ -216,7 +216,7 @@ const void* Session::telemetry() {
 bool Session::pump_input(Clock::time_point until, int input_fd) {
   if (beating_) until = std::min(until, next_beat_);
   if (progress_) until = std::min(until, next_progress_);
-  until = std::min(until, Clock::now() + kStatusLost);
+  until = std::min(until, Clock::now() + kDaemonLost);
   const Waker::Result woken = link_.wait(until, input_fd);
   if (woken.interrupted) throw Interrupted();
   beat_when_due();

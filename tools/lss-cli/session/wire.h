@@ -40,6 +40,12 @@ void put(char (&field)[N], std::string_view text) {
   field[size] = '\0';
 }
 
+// Of one start of one daemon.
+inline bool is_same(const lss_Instance& a, const lss_Instance& b) {
+  return a.boot == b.boot && a.started_utc_ns == b.started_utc_ns && a.pid == b.pid &&
+         text(a.host) == text(b.host);
+}
+
 // Sequence numbers from the clock, so that they increase across programs that use one name one
 // after the other.
 class Sequence {

@@ -22,7 +22,7 @@ export interface Tunable {
 export interface Guard { allowed: boolean; why: string; advice: string; first: string; }
 export interface Running { command: string; phase: string; step: string; left: number; steps: number; text: string; at: number; final: boolean; }
 
-export interface Links { alive: boolean; status_age_ms: number | null; telemetry_age_ms: number | null; }
+export interface Links { alive: boolean; daemon_age_ms: number | null; status_age_ms: number | null; telemetry_age_ms: number | null; }
 
 // What is played of a recording.
 export interface Recorded {
@@ -31,7 +31,7 @@ export interface Recorded {
   statusNow(): Json | null;
 }
 
-export const kStale_ms = 3000;  // a status comes every second
+export const kStale_ms = 3000;  // a heartbeat comes every second
 
 // Samples of all signals since the page was opened: the last ten minutes as received, before these one a second.
 export class History {
@@ -80,7 +80,7 @@ export class Vehicle {
   events_version = 0;
   guards = new Map<string, Guard>();
   running: Running | null = null;
-  links: Links = {alive: false, status_age_ms: null, telemetry_age_ms: null};
+  links: Links = {alive: false, daemon_age_ms: null, status_age_ms: null, telemetry_age_ms: null};
   links_ms = 0;  // performance.now() of them
   history: History | null = null;
   recorded: Recorded | null = null;  // it is a recording, no vehicle
@@ -94,10 +94,10 @@ export class Vehicle {
     this.presentation = message.presentation ?? {};
   }
 
-  // Age of its status, also when the gateway is silent; null: never received.
-  get silent_ms(): number | null {
-    return this.links.status_age_ms === null ? null : this.links.status_age_ms + performance.now() - this.links_ms;
-  }
+  // Age of what came last of its daemon, and of its status, also when the gateway is silent; null: never received.
+  get silent_ms() { return this.now_ms(this.links.daemon_age_ms); }
+  get status_age_ms() { return this.now_ms(this.links.status_age_ms); }
+  private now_ms(age_ms: number | null) { return age_ms === null ? null : age_ms + performance.now() - this.links_ms; }
   get living() { return this.links.alive && (this.silent_ms ?? Infinity) < kStale_ms; }
   // A press of STOP would land this vehicle: without a command for it, everything goes off.
   get lands() {

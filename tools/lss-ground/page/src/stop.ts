@@ -120,7 +120,7 @@ export class Stops {
     if (press.land) {
       this.say(press, press.acknowledged ? "acknowledged, but nobody says that it landed" : `NOT ACKNOWLEDGED.${on} ALL-STOP makes it fall.`, "bad",
         press.acknowledged ? "not confirmed" : "NOT ACKNOWLEDGED");
-    } else if (vehicle?.status?.state === "FatalError" && (vehicle.silent_ms ?? Infinity) < performance.now() - press.at) {
+    } else if (vehicle?.status?.state === "FatalError" && (vehicle.status_age_ms ?? Infinity) < performance.now() - press.at) {
       this.say(press, "not acknowledged, but it says that it is stopped (FatalError)", "good", "it says: stopped");
     } else if (press.acknowledged) {
       this.say(press, `acknowledged, but NOT CONFIRMED.${on} Cut the power.`, "bad", "NOT CONFIRMED");
