@@ -69,13 +69,14 @@ report 'a name of a test without told, tell, anew, mend, octet, whatever: docs/g
   < <(find tests -name 'test_*.py' 2>/dev/null | sort |
         xargs -r grep -HnE 'def test_(\w*_)?(told|tells?|anew|mend(s|ed)?|octets?|whatever)(_|\()' || true)
 
+e2e=tests/e2e/CMakeLists.txt
+[[ -r $e2e ]] || e2e=/dev/null
 report 'a test of tests/e2e is in its CMakeLists.txt, else it never runs' \
-  < <(cat tests/e2e/CMakeLists.txt 2> /dev/null |
-        awk 'list { gsub(/[()]/, " "); for (i = 1; i <= NF; ++i) known[$i]; next }
+  < <(awk 'list { gsub(/[()]/, " "); for (i = 1; i <= NF; ++i) known[$i]; next }
              /^ +def test_/ {
                name = $2; sub(/^test_/, "", name); sub(/\(.*/, "", name)
                if (!(name in known)) print FILENAME ":" FNR ":" $2
-             }' list=1 - list= tests/e2e/test_*.py 2> /dev/null || true)
+             }' list=1 "$e2e" list= tests/e2e/test_*.py 2> /dev/null || true)
 
 report 'nothing but tools and tests includes tools' \
   < <(includes idl gnc drivers daemon | grep -E ':["<]tools/' || true)
