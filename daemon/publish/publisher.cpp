@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <ranges>
 #include <span>
 #include <utility>
 
@@ -300,9 +301,10 @@ StatusReport Publisher::report(TimeNs now) const {
   r.realtime_enforced = config_.realtime_enforce;
   r.realtime_granted = granted_ && memory_locked_;
   r.memory_locked = memory_locked_;
-  for (const auto& thread : *threads_) {
-    if (r.thread_count == kMaxThreads) break;
-    const ThreadStatus t = r.threads[r.thread_count++] = thread->status();
+  // Those that come last first: frame and actuate, which are there whatever else is.
+  for (const auto& thread : *threads_ | std::views::reverse) {
+    const ThreadStatus t = thread->status();
+    if (r.thread_count < kMaxThreads) r.threads[r.thread_count++] = t;
     if (t.policy == SCHED_OTHER) continue;
     r.page_faults += t.page_faults;
     r.mallocs += t.mallocs;

@@ -192,9 +192,10 @@ void ActuatorWatch::judge(const WatchFrame& f, const WrenchB& odd,
   for (std::size_t i = 0; i < kActuators; ++i) {
     Suspicion& s = suspicion_[i];
     const double full_N = parameters_.thrusters.force_N;
-    // A valve that was stuck may be free again. It gets no orders: then it is shut.
-    if (health_[i] == Health::open) weigh(s.shut, i, Health::shut, -full_N, full_N, false);
-    if (health_[i] == Health::shut) weigh(s.open, i, Health::open, full_N, 0, false);
+    // A valve that was stuck may be free again. It gets no orders: then it is shut. By more than
+    // half of its thrust, else one that is partly open would change without end.
+    if (health_[i] == Health::open) weigh(s.shut, i, Health::shut, -full_N, full_N, true);
+    if (health_[i] == Health::shut) weigh(s.open, i, Health::open, full_N, 0, true);
     if (health_[i] != Health::good || blind_frames_ > 0) continue;
     if (i < kValves) {
       const double ordered_N = full_N * f.open_s[i] / kFrame_s;

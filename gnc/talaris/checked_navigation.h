@@ -23,6 +23,7 @@ class CheckedNavigation {
   const NavState& state() const noexcept { return with_.state(); }
   const NavCounters& counters() const noexcept { return with_.counters(); }
   bool range_doubted() const noexcept { return with_.range_doubted(); }
+  bool corners_uneven() const noexcept { return with_.corners_uneven(); }
   const RangeSample& range_by_corners() const noexcept { return with_.range_by_corners(); }
 
   bool camera_doubted() const noexcept { return doubted_; }  // it is not used

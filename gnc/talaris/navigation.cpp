@@ -11,6 +11,7 @@ namespace lss::gnc::talaris {
 namespace {
 
 constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
+constexpr double kAgree_s = 0.3;     // the altimeters at the corners
 constexpr double kLongest_s = 0.02;  // step of dead reckoning
 constexpr int kMostSteps = 200;      // bounds the time of one gap
 // variance of a median relative to that of one reading, for many of them
@@ -118,6 +119,7 @@ const NavState& Navigation::step(const Batch& batch, bool standing, bool slides)
   if (!aligned()) return state_;
   way_ = {};
   way_.least_m_s = way_.most_m_s = ekf_.nominal().velocity_N_m_s;
+  if (standing && !standing_) rest_fits_ = 0;  // on other ground
   standing_ = standing;
   std::size_t next = 0, next_flow = 0, next_corner = 0;
   const auto measured = [&](std::span<const RangeSample> ranges, std::size_t i) {
@@ -236,28 +238,6 @@ void Navigation::come_to(std::int64_t at_ns) noexcept {
   }
 }
 
-// Else the filter explains hills by a tilt that it does not have.
-void Navigation::blur_ground(double slope, double since_s) noexcept {
-  if (!(slope > 0)) return;
-  const double way_m = ekf_.nominal().velocity_N_m_s.tail<2>().norm() * since_s;
-  ekf_.blur_axis(beam_.axis, square(slope) * kGroundWave_m * way_m, 0);
-}
-
-// With the state of the time when it was measured.
-ExpectedRange Navigation::compare(const RangeSample& sample, const Beam& beam,
-                                  Ekf::Measurement& m) const noexcept {
-  const double ago_s = in_seconds(filter_ns_ - measured_ns(sample));
-  Nominal then = ekf_.nominal();
-  then.position_N_m -= ago_s * then.velocity_N_m_s;
-  const ExpectedRange e = expected_range(then, beam);
-  m.axis = beam.axis;
-  m.by_position = e.by_position;
-  m.by_velocity = -ago_s * e.by_position;
-  m.by_attitude = e.by_attitude;
-  m.residual = sample.range_m - e.range_m;
-  return e;
-}
-
 void Navigation::use_range(const RangeSample& sample) noexcept {
   const NavigationParameters& p = parameters_;
   const std::int64_t at_ns = measured_ns(sample);
@@ -290,6 +270,9 @@ void Navigation::use_range(const RangeSample& sample) noexcept {
     gate_ = {};
     ++counters_.ranges_used;
     used_range_ns_ = sample.time_ns;
+    if (!p.corners) return;
+    compare(sample, beam_, m);
+    off_m_ = m.residual;
     return;
   }
   ++counters_.ranges_gated;
@@ -355,6 +338,11 @@ void Navigation::reopen(const Ekf::Measurement& m, std::int64_t at_ns) noexcept 
   ++gate_.gated;
   gate_.last_m = m.residual;
   if (gate_.gated < p.gate_reopens_after) return;
+  if (in_seconds(at_ns - corners_agree_ns_) < kAgree_s) {
+    doubted_ = true;
+    gate_ = {};
+    return;
+  }
   const double seconds = std::max(in_seconds(at_ns - gate_.first_ns), p.imu_period_s);
   ekf_.blur_axis(m.axis, square(m.residual / m.by_position),
                  square((m.residual - gate_.first_m) / m.by_position / seconds));

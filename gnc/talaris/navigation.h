@@ -56,6 +56,8 @@ class Navigation {
   // the next calibration; and what that one should measure by them, unless they contradict each
   // other.
   bool range_doubted() const noexcept { return doubted_; }
+  // Where it stands the four see other ground than the one in the middle: they are not used.
+  bool corners_uneven() const noexcept { return uneven_; }
   const RangeSample& range_by_corners() const noexcept { return by_corners_; }
   const Ekf& filter() const noexcept { return ekf_; }  // at the last IMU sample or range
   const NavigationParameters& parameters() const noexcept { return parameters_; }
@@ -74,6 +76,8 @@ class Navigation {
   void use_range(const RangeSample& sample) noexcept;
   void use_corner(const RangeSample& sample) noexcept;
   void fit_corners(std::int64_t at_ns) noexcept;
+  double apart_m(double slope) const noexcept;
+  void learn_corners(double slope) noexcept;
   void use_slopes(const Plane& plane, double slope, double way_m) noexcept;
   void use_height(const Ekf::Measurement& height, bool overrules) noexcept;
   void use_flow(const FlowSample& sample) noexcept;
@@ -125,10 +129,13 @@ class Navigation {
   Matrix3 rest_C_ = Matrix3::Identity();  // N from B then
   Vector3 rest_bias_m_s2_ = Vector3::Zero();
   std::array<std::int64_t, kCorners> corner_ns_{};  // 0: none since the last fit
-  int rest_fits_ = 0, contradicted_ = 0, height_gated_ = 0;
+  int other_ground_ = 0, rest_fits_ = 0, contradicted_ = 0, height_gated_ = 0;
   std::int64_t fitted_ns_ = 0, used_range_ns_ = 0;
   RangeSample by_corners_;
-  bool doubted_ = false, standing_ = false;
+  std::int64_t corners_agree_ns_ = 0;  // with the filter, without the one in the middle
+  double twist_m_ = 0;                 // mean
+  double off_m_ = 0;                   // residual of the one in the middle, after its correction
+  bool doubted_ = false, standing_ = false, uneven_ = false;
   Beam beam_;
   double least_cosine_ = 0;  // between beam and the plane's normal
 };

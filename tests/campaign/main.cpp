@@ -275,8 +275,11 @@ int main(int argc, char** argv) {
       o.flips.protect = !o.unprotected;
       return tell_flips(flip_bits(o.flips, o.wanted), o.out);
     }
-    if (merges->parsed() && is_flips(o.files.front()))
+    if (merges->parsed() && is_flips(o.files.front())) {
+      if (!o.markdown.empty())
+        throw std::runtime_error("--markdown is not for flips: the table is printed");
       return tell_flips(merge_flips(o.files), o.out);
+    }
     if (script->count() != 0) return play_script(o);
     const Results results = merges->parsed() ? merge_files(o) : play(o);
     if (!o.out.empty()) write(results, o.out);

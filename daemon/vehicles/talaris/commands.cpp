@@ -102,7 +102,7 @@ Verdict Vehicle::consider_execute() const noexcept {
   const std::uint8_t flags = supervisor_ != nullptr ? supervisor_->controller().flags : 0;
   if (sensors_.imu_test_failed())
     return {.reason = reasons::imu_test_failed, .subject = kImuModule};
-  if (plan.needs_altimeter && (flags & kAltimeterLost))
+  if (plan.needs_altimeter && ((flags & kAltimeterLost) || navigation_.range_doubted()))
     return {.reason = reasons::altimeter_lost, .subject = kAltimeterModule};
   if (plan.uses_fans && !(flags & kFansArmed))
     return {.reason = reasons::fans_not_armed, .subject = kFanModule};

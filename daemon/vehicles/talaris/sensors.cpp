@@ -1,5 +1,6 @@
 #include "daemon/vehicles/talaris/sensors.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <utility>
@@ -102,7 +103,9 @@ void Sensors::take(const Range& range, TimeNs time) noexcept {
 void Sensors::take_corner(const Range& range, TimeNs time) noexcept {
   if (range.error != 0 || range.corner > kCornerAltimeters) return;
   corner_ns_[range.corner - 1u] = time;
-  if (corner_count_ == kMaxCorners) return;
+  const auto heard = std::span(corner_).first(corner_count_);
+  if (std::ranges::count(heard, range.corner, &gnc::talaris::RangeSample::corner) == kMostOfCorner)
+    return;
   std::size_t at = corner_count_++;
   for (; at > 0 && corner_[at - 1].time_ns > time; --at) corner_[at] = corner_[at - 1];
   corner_[at] = {.time_ns = time, .range_m = range.range_m, .corner = range.corner};

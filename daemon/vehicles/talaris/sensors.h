@@ -79,7 +79,8 @@ class Sensors {
   std::array<double, 3> load_Nm() const noexcept;
 
  private:
-  static constexpr std::size_t kMaxImu = 64, kMaxRanges = 8, kMaxFlows = 32, kMaxCorners = 20;
+  static constexpr std::size_t kMaxImu = 64, kMaxRanges = 8, kMaxFlows = 32;
+  static constexpr std::size_t kMostOfCorner = 5, kMaxCorners = kCornerAltimeters * kMostOfCorner;
 
   void take(const ImuPacket& packet, TimeNs time) noexcept;
   void take(const ImuStatus& status, TimeNs time) noexcept;

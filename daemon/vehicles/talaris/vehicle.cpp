@@ -126,7 +126,8 @@ void Vehicle::guide(TimeNs now) noexcept {
   in.tank_kPa = sensors_.tank_kPa();
   in.regulated_kPa = sensors_.regulated_kPa();
   if (overrun_) in.faults |= gnc::talaris::kOverruns;
-  if (altimeter_repeats() && !by_corners) in.faults |= gnc::talaris::kAltimeterLost;
+  if (altimeter_repeats() && !(by_corners && in.range_age_s <= kSilent_s))
+    in.faults |= gnc::talaris::kAltimeterLost;
   // Which of both is right nobody knows.
   if (sensors_.standby().disagrees() && output_.airborne && !disagreed_) flight_.land();
   disagreed_ = sensors_.standby().disagrees();
@@ -144,9 +145,10 @@ bool Vehicle::altimeter_repeats() const noexcept {
 // time_ns 0: it is right, or they say nothing either.
 gnc::talaris::RangeSample Vehicle::range_by_corners() const noexcept {
   const gnc::talaris::RangeSample& corners = navigation_.range_by_corners();
+  if (navigation_.range_doubted()) return corners;  // however old
   const double age = static_cast<double>(age_of(corners.time_ns)) * 1e-9;
   const bool silent = sensors_.range_age_s() > kSilent_s && sensors_.range_age_s() > age;
-  const bool wrong = altimeter_repeats() || silent || navigation_.range_doubted();
+  const bool wrong = altimeter_repeats() || silent;
   return corners.time_ns != 0 && wrong && age <= kSilent_s ? corners : gnc::talaris::RangeSample{};
 }
 

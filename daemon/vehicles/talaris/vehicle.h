@@ -63,7 +63,7 @@ class Vehicle final : public Actor {
       solver_, bus_, orders_, sent_, enabled_, now_ns_, executed_ns_, data_requested_, overrun_,
       arming_, gate_failed_, cut_ns_, begun_, program_, port_, reboots_, emcys_, begun_ns_, resets_,
       imu_silent_told_, imu_stuck_told_, lossy_told_, test_told_, altimeter_told_,
-      altimeter_stuck_told_, doubted_told_, corner_told_, camera_told_, standby_told_,
+      altimeter_stuck_told_, doubted_told_, uneven_told_, corner_told_, camera_told_, standby_told_,
       disagree_told_, disagreed_, supply_told_, load_cell_told_, script_told_, phase_, reaction_,
       faults_, pending_);
   }
@@ -155,7 +155,7 @@ class Vehicle final : public Actor {
   bool camera_told_ = false, standby_told_ = false, disagree_told_ = false, disagreed_ = false,
        imu_silent_told_ = false, imu_stuck_told_ = false, lossy_told_ = false, test_told_ = false;
   bool altimeter_told_ = false, altimeter_stuck_told_ = false, doubted_told_ = false,
-       supply_told_ = false, load_cell_told_ = false;
+       uneven_told_ = false, supply_told_ = false, load_cell_told_ = false;
   std::array<bool, kCornerAltimeters> corner_told_{};
   std::uint16_t script_told_ = 0;
   gnc::talaris::Phase phase_ = gnc::talaris::Phase::none;

@@ -181,6 +181,8 @@ void Vehicle::watch_altimeter(Supervisor& s) noexcept {
 void Vehicle::watch_corners(Supervisor& s) noexcept {
   if (!parameters_.navigation.corners) return;
   warn(navigation_.range_doubted(), doubted_told_, faults::altimeter_off, kAltimeterModule, s);
+  warn(navigation_.corners_uneven() && !output_.airborne, uneven_told_, faults::corners_uneven, 0,
+       s);
   const bool expected = now_ns_ - begun_ns_ > kBoot;
   for (std::size_t i = 0; i < kCornerAltimeters; ++i)
     warn(expected && sensors_.corner_lost(i), corner_told_[i], faults::corner_altimeter_lost,

@@ -129,7 +129,11 @@ void Vehicle::watch_actuators(Supervisor& s) noexcept {
                      : v.health == Health::dead ? faults::fan_dead
                                                 : faults::fan_without_thrust;
   static_assert(kFirstFan == kFirstValve + static_cast<int>(gnc::talaris::kValves));
-  s.raise(id, static_cast<std::uint16_t>(kFirstValve + v.actuator), v.measured, v.limit);
+  const auto subject = static_cast<std::uint16_t>(kFirstValve + v.actuator);
+  // One that was found to be free again has one failure: the last.
+  if (v.health == Health::open) s.clear(faults::valve_stuck_shut, subject);
+  if (v.health == Health::shut) s.clear(faults::valve_stuck_open, subject);
+  s.raise(id, subject, v.measured, v.limit);
 }
 
 // On rails and sled it brakes to standstill first: the actuators must not be cut off before.

@@ -145,6 +145,21 @@ TEST(TalarisCorners, TheLossOfTheAltimeterCostsNoFlight) {
   }
 }
 
+// Overruled by four, of which one is silent then: nothing says how high it is.
+TEST(TalarisCorners, AnAltimeterThatIsDoubtedIsNotUsedAgain) {
+  FlightPlan plan = with_corner_altimeters({.faults = {"altimeter-offset:0.8"}, .fault_s = 5});
+  plan.each_frame = [struck = false](Chain& chain) mutable {
+    if (struck || !chain.has(faults::altimeter_off, kAltimeterModule)) return;
+    struck = true;
+    chain.inject("corner-silent:3");
+  };
+  const Flown flown = fly(plan, 304);
+  SCOPED_TRACE(flown.text());
+  EXPECT_TRUE(flown.upright());
+  EXPECT_FALSE(flown.succeeded);
+  EXPECT_EQ(std::ranges::count(flown.faults, faults::altitude_lost), 1);
+}
+
 // Without one of the four, or with one that lies, it flies as built.
 TEST(TalarisCorners, TheLossOfOneOfThemCostsNoFlight) {
   for (const char* fault : {"corner-silent:3", "corner-offset:2:0.5", "corner-offset:4:0.2"}) {

@@ -85,6 +85,7 @@ TEST(TalarisConfig, TheExampleContainsTheDefaults) {
   EXPECT_EQ(n.gravity_m_s2, m.gravity_m_s2);
   EXPECT_EQ(n.camera, m.camera);
   EXPECT_EQ(n.corners, m.corners);
+  EXPECT_EQ(n.corner_x_m, m.corner_x_m);
   EXPECT_EQ(n.corner_y_m, m.corner_y_m);
   EXPECT_EQ(n.corner_z_m, m.corner_z_m);
   EXPECT_EQ(n.flow_period_s, m.flow_period_s);

@@ -199,6 +199,30 @@ TEST(TalarisActuatorWatch, AValveThatStaysStuckIsNotTakenForFree) {
   }
 }
 
+// Dirt in its seat.
+TEST(TalarisActuatorWatch, AValveThatIsPartlyOpenChangesItsVerdictNotAgainAndAgain) {
+  for (std::size_t i = 0; i < kValves; ++i) {
+    for (const double share : {0.3, 0.4, 0.5, 0.6, 0.7, 0.9}) {
+      SCOPED_TRACE(testing::Message() << i << ' ' << share);
+      Bench bench(static_cast<unsigned>(i) + 1);
+      bench.settle();
+      ASSERT_GE(frames_until(bench, i, Health::open), 1);
+      int changes = 0;
+      Health before = Health::open;
+      for (int n = 0; n < 40; ++n) {
+        auto open_s = bench.any_pulses();
+        open_s[i] = 0;
+        Forces really = bench.as_ordered(open_s);
+        really[static_cast<Eigen::Index>(i)] = share * bench.parameters.thrusters.force_N;
+        bench.frame(open_s, really);
+        changes += bench.watch.health()[i] != before;
+        before = bench.watch.health()[i];
+      }
+      EXPECT_LE(changes, 2);
+    }
+  }
+}
+
 TEST(TalarisActuatorWatch, NothingIsCondemnedWithoutFailure) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     Bench bench(seed);
