@@ -13,7 +13,7 @@ namespace {
 using testing::HasSubstr;
 
 FlipResults of_seed(unsigned seed) {
-  FlipResults results{.commit = "abc", .part = "state", .seeds = {seed}};
+  FlipResults results{.commit = "abc", .part = "state", .seeds = {seed}, .vehicles = {}};
   FlipCounts& counts = results.vehicles["talaris"];
   counts.bytes = {{"bus", 100}};
   counts.parts = {{"bus", {seed, 2, 0, 0, 1, 0}}};
@@ -26,7 +26,7 @@ FlipResults of_seed(unsigned seed) {
   return results;
 }
 
-std::string why_not(const FlipResults& other) {
+std::string why_no_sum(const FlipResults& other) {
   try {
     (void)merge({of_seed(1), other});
   } catch (const std::runtime_error& error) {
@@ -57,14 +57,14 @@ TEST(FlipResults, OfSeveralSeedsAddUp) {
 }
 
 TEST(FlipResults, ThatDoNotBelongTogetherAreRefused) {
-  EXPECT_EQ(why_not(of_seed(2)), "merged");
-  EXPECT_THAT(why_not(of_seed(1)), HasSubstr("seed 1 of talaris comes twice"));
+  EXPECT_EQ(why_no_sum(of_seed(2)), "merged");
+  EXPECT_THAT(why_no_sum(of_seed(1)), HasSubstr("seed 1 of talaris comes twice"));
   FlipResults other = of_seed(2);
   other.commit = "def";
-  EXPECT_THAT(why_not(other), HasSubstr("different commits: abc and def"));
+  EXPECT_THAT(why_no_sum(other), HasSubstr("different commits: abc and def"));
   other = of_seed(2);
   other.protect = false;
-  EXPECT_THAT(why_not(other), HasSubstr("not all of protected memory"));
+  EXPECT_THAT(why_no_sum(other), HasSubstr("not all of protected memory"));
   EXPECT_THROW((void)flips_from_text("{}", "file"), std::runtime_error);
 }
 
