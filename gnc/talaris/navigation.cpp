@@ -119,7 +119,7 @@ const NavState& Navigation::step(const Batch& batch, bool standing, bool slides)
   if (!aligned()) return state_;
   way_ = {};
   way_.least_m_s = way_.most_m_s = ekf_.nominal().velocity_N_m_s;
-  if (standing && !standing_) rest_fits_ = 0;  // on other ground
+  if (standing && !standing_) rest_fits_ = std::min(rest_fits_, kLeastFits);  // on other ground
   standing_ = standing;
   std::size_t next = 0, next_flow = 0, next_corner = 0;
   const auto measured = [&](std::span<const RangeSample> ranges, std::size_t i) {

@@ -64,6 +64,7 @@ class Navigation {
 
  private:
   using Plane = std::array<Ekf::Measurement, kCorners>;
+  static constexpr int kLeastFits = 10;  // of the corners at standstill; fewer: they are not used
 
   void align() noexcept;
   std::int64_t measured_ns(const RangeSample& sample) const noexcept;

@@ -19,10 +19,9 @@ using Signs = std::array<double, kCorners>;
 constexpr Signs kAll{1, 1, 1, 1}, kAlongY{1, 1, -1, -1}, kAlongZ{1, -1, -1, 1},
     kTwist{1, -1, 1, -1};
 
-constexpr double kTogether_s = 0.3;  // all four within this time
-constexpr double kWithout_s = 0.35;  // so long without a range of the one in the middle: silent
-constexpr int kLeastFits = 10,
-              kRestFits = 100;  // at standstill, of which the values of standstill are the mean
+constexpr double kTogether_s = 0.3;   // all four within this time
+constexpr double kWithout_s = 0.35;   // so long without a range of the one in the middle: silent
+constexpr int kRestFits = 100;        // of which the values of standstill are the mean
 constexpr double kFlightFits = 150;   // that share the error of that mean
 constexpr int kContradictions = 5;    // in a row
 constexpr double kTwistFits = 20;     // of which the twist has a mean

@@ -207,6 +207,11 @@ TEST(TalarisResults, Camera) {
   print_section("LSS_RESULTS_CAMERA", "of the wide set with a camera", camera_section);
 }
 
+TEST(TalarisResults, Corners) {
+  print_section("LSS_RESULTS_CORNERS", "of the wide set with altimeters at the corners",
+                corners_section);
+}
+
 TEST(TalarisResults, Document) {
   if (std::getenv("LSS_WRITE_RESULTS") == nullptr)
     GTEST_SKIP() << "set LSS_WRITE_RESULTS to fly all of them and write docs/talaris-results.md";
