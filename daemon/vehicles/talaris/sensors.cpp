@@ -11,8 +11,8 @@ namespace {
 constexpr double kPressureRate_Hz = 5, kLoadRate_Hz = 500;
 constexpr double kNever_s = 1e9;
 constexpr double kFrames_s = 5;  // a second
-// Identical packets of the IMU in a row: more of them are no measurement. Noise moves its last
-// bits.
+// Identical packets of the IMU in a row: more of them are no measurement, nor are these, if the
+// frame is the same. Noise moves its last bits.
 constexpr int kSameUsed = 3;
 
 }  // namespace
@@ -70,6 +70,7 @@ void Sensors::take(const ImuPacket& packet, TimeNs time) noexcept {
   same_ = same ? same_ + 1 : 0;
   packet_ = packet;
   imu_ns_ = time;
+  if (same_ == kSameUsed) imu_count_ -= std::min<std::size_t>(imu_count_, kSameUsed);
   if (same_ < kSameUsed && imu_count_ < kMaxImu)
     imu_[imu_count_++] = {.time_ns = time,
                           .rate_B_rad_s = body(packet.rate_rad_s),
