@@ -30,6 +30,7 @@ RESOLUTION_S = 0.02   # what takes less is quick enough; row xiii measures it cl
 MOST_S = 0.5          # from sending a stop to its first bytes on the bus, on a machine that may stand still
 ECHO_PRIORITY = 80    # of a bus of the daemon
 ECHOES_PER_S = 10     # as often as a client sends a stop again
+AT_REST_S = 8         # between two statuses of a vehicle at rest with which nothing changes
 GROWTH_KB = 2048      # of the daemon's memory over a round: 40 bytes a message
 
 
@@ -126,7 +127,7 @@ class Attacked:
         """Of that daemon, or of any."""
         now_ns = time.monotonic_ns()
         return wait_until(lambda: [s for s in self.heard(watcher, now_ns)
-                                   if daemon is None or s["pid"] == daemon.process.pid], 10, "a status comes")[0]
+                                   if daemon is None or s["pid"] == daemon.process.pid], AT_REST_S + 5, "a status comes")[0]
 
     def moves_for(self, watcher, seconds):
         """Overruns meanwhile; it never leaves its mode."""

@@ -6,7 +6,7 @@ import time
 import unittest
 
 import can_wire
-from attack import ATTACK, PILOT, Attacked, OnTheBus, OnTheLine, rss_kb
+from attack import AT_REST_S, ATTACK, PILOT, Attacked, OnTheBus, OnTheLine, rss_kb
 from hopper_rig import Hopper
 from programs import run, wait_until
 from rig import EXIT, IDLE, Scenario
@@ -140,7 +140,7 @@ class Names(Attacked, Scenario):
     def test_two_daemons_of_one_name_both_say_so_and_refuse_to_start_until_one_is_gone(self):
         first = self.start_all()
         watcher = self.watch()
-        self.wait_conflict(watcher, first.process.pid, False, 5)
+        self.wait_conflict(watcher, first.process.pid, False, AT_REST_S + 5)
         walk = self.begin_walk("--source", PILOT)
         second = self.start_second()
         for daemon in (first, second):
