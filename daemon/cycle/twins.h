@@ -48,7 +48,7 @@ class Twin {
 
  private:
   alignas(64) std::array<std::uint8_t, kSize> copy_{};
-  std::uint64_t sum_ = 0;
+  Sum sum_{};
 };
 
 // A value that waits for another thread: two copies of its bytes, and their sum.
@@ -78,7 +78,7 @@ class Sealed {
 
  private:
   std::array<std::array<std::uint8_t, sizeof(T)>, 2> copies_;
-  std::uint64_t sum_;
+  Sum sum_;
 };
 
 template <class T>

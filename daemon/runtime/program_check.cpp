@@ -7,7 +7,6 @@
 #include <string>
 #include <utility>
 
-#include "daemon/cycle/sum.h"
 
 namespace lss {
 namespace {
@@ -61,7 +60,7 @@ bool ProgramCheck::step() {
   if (blocks_.empty()) return true;
   last_ = std::exchange(next_, (next_ + 1) % blocks_.size());
   Block& block = blocks_[last_];
-  const std::uint64_t now = sum(block.bytes);
+  const Sum now = sum(block.bytes);
   return std::exchange(block.sum, now) == now || traced();
 }
 

@@ -8,6 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "daemon/cycle/sum.h"
+
 namespace lss {
 
 class ProgramCheck {
@@ -26,7 +28,7 @@ class ProgramCheck {
  private:
   struct Block {
     std::span<const std::uint8_t> bytes;
-    std::uint64_t sum;
+    Sum sum;
   };
   std::vector<Block> blocks_;
   std::size_t next_ = 0, last_ = 0;
