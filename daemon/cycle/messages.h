@@ -142,7 +142,7 @@ struct TimingPoints {
   std::uint32_t samples = 0;
 };
 
-inline constexpr std::size_t kMaxThreads = 8;
+inline constexpr std::size_t kMaxThreads = 12;  // TALARIS with all of its ports has 11
 struct ThreadStatus {
   std::array<char, 16> name{};
   int policy = 0;

@@ -15,6 +15,7 @@ from programs import read_text, wait_until
 from rig import BOOT_S, EXIT, FATAL_ERROR, FAULT, IDLE, SOURCE
 
 SOFT_m_s = 1.0
+BAUD = {"corner_altimeters": 9600, "standby_imu": 38400, "camera": 115200}
 
 
 class Talaris(Hopper):
@@ -58,19 +59,22 @@ class Talaris(Hopper):
         self.assert_soft(result)
         self.assertEqual(self.status()["state"], IDLE)
 
-    def test_with_a_camera_it_lands_where_it_should_and_without_its_frames_says_so(self):
-        def config_text(text=self.config_text()):
-            for off, on in (("[talaris.camera]\npresent = false", "[talaris.camera]\npresent = true"),
-                            *((f"# {line}\n", f"{line}\n") for line in
-                              ('name = "camera"', 'path = "sim:camera"', "baud = 115200")),
-                            ("# [[port]]           # with [talaris.camera]", "[[port]]  # with [talaris.camera]")):
-                self.assertIn(off, text)
-                text = text.replace(off, on)
-            return text
-        self.config_text = config_text
-        self.start_sim("--camera")
+    def with_optional(self, *names):
+        """Simulator and daemon with these sensors as well."""
+        text = self.config_text()
+        for name in names:
+            off = f"[talaris.{name}]\npresent = false"
+            self.assertIn(off, text)
+            text = text.replace(off, f"[talaris.{name}]\npresent = true")
+            ports = [f"corner_{i}" for i in range(1, 5)] if name == "corner_altimeters" else [name]
+            text += "".join(f'\n[[port]]\nname = "{port}"\npath = "sim:{port}"\nbaud = {BAUD[name]}\n' for port in ports)
+        self.config_text = lambda: text
+        self.start_sim(*(f"--{name.replace('_', '-')}" for name in names))
         self.start_daemon()
         self.wait_modules()
+
+    def test_with_a_camera_it_lands_where_it_should_and_without_its_frames_says_so(self):
+        self.with_optional("camera")
         self.cli_ok("hop", "--arm", "--height", "2", "--distance", "30", limit_s=180)
         self.rests()
         result = self.landing()
@@ -78,6 +82,18 @@ class Talaris(Hopper):
         self.assert_soft(result)
         self.fault("camera-silent")
         self.wait_status(lambda s: FAULT["camera_lost"] in self.fault_ids(s), 30, "camera_lost")
+
+    def test_with_altimeters_at_the_corners_it_flies_on_without_the_one_in_the_middle(self):
+        self.with_optional("corner_altimeters", "camera", "standby_imu")
+        threads = {thread["name"] for thread in self.status()["realtime"]["threads"]}
+        self.assertLessEqual({f"bus/corner_{i}" for i in range(1, 5)} | {"bus/imu", "bus/can", "frame", "actuate"}, threads)
+        client = self.begin_hop()
+        self.fault("altimeter-silent")
+        self.assertEqual(client.wait(60), 0, "it arrives as planned")
+        self.rests()
+        self.assert_soft(self.landing())
+        self.fault("corner-silent:2")
+        self.wait_status(lambda s: FAULT["corner_altimeter_lost"] in self.fault_ids(s), 30, "corner_altimeter_lost")
 
     def test_a_killed_client_in_flight_lets_it_land(self):
         self.start_all()
