@@ -10,6 +10,9 @@ namespace lss::cli {
 namespace {
 
 constexpr double kRepeat_s = 0.1;
+// A daemon hears nothing of a writer that it does not know yet, and nobody here sees when it does:
+// soon after a match it is sent again, then ever later. For each that hears it.
+constexpr double kFirstRepeat_s = 0.005;
 constexpr double kNamed_s = 1;  // for the status of daemons that have answered
 
 }  // namespace
@@ -76,10 +79,13 @@ bool EmergencyStop::is_done() const {
 
 std::optional<Clock::time_point> EmergencyStop::step(const Hooks& hooks) {
   std::vector<dds_instance_handle_t> hearers = link_.hearers();
-  if (hearers != hearers_ || Clock::now() >= next_) {
+  const bool news = hearers != hearers_;
+  if (news || Clock::now() >= next_) {
     send();
+    const double first_s = kFirstRepeat_s * static_cast<double>(hearers.size());
+    repeat_s_ = std::min(news ? first_s : 2 * repeat_s_, kRepeat_s);
     hearers_ = std::move(hearers);
-    next_ = Clock::now() + seconds(kRepeat_s);
+    next_ = Clock::now() + seconds(repeat_s_);
   }
   const Clock::time_point look = lull_.step(link_.take(), Clock::now());
   take_acks(hooks);

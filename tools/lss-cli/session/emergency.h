@@ -61,6 +61,7 @@ class EmergencyStop {
   Lull lull_;
   std::uint64_t first_ = 0;  // sequence number
   Clock::time_point sent_{}, next_{};
+  double repeat_s_ = 1;  // until the next one
   std::vector<dds_instance_handle_t> hearers_;
   std::map<Guid, Stopped> all_;
 };
