@@ -83,6 +83,7 @@ void measure(const Options& options, const Stoppable& vehicle, int index, Figure
         fmt::format("{} stops, {} of the echo", 2 * rounds.size() * static_cast<std::size_t>(stops),
                     2 * rounds.size() * static_cast<std::size_t>(echoes))));
     figures.push_back(figure("xiii", what + "p99", "us", rounds, p99, 2));
+    if (!vehicle.held_back.empty()) figures.back() = held_back(figures.back(), vehicle.held_back);
     figures.push_back(most("xiii", what + "max", "us", rounds));
   }
   const auto share = [](const StopDaemon::Late& of) {

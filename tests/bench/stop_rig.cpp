@@ -47,7 +47,8 @@ Stoppable lunar_zebro() {
           .config = {},
           .is_stop = nullptr,
           .frame_ns = 20 * kMillisecond,
-          .echoed = "3A303030363030303030303030303030303030303046410A"};
+          .echoed = "3A303030363030303030303030303030303030303046410A",
+          .held_back = "a module's reply on its way, 24 characters of 11 bits: 2.3 ms at 115200"};
 }
 
 StopClient::StopClient(int domain, const std::string& vehicle_id)

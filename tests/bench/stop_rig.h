@@ -26,6 +26,7 @@ struct Stoppable {
   CanStopLine::IsStop is_stop;  // nullptr: the line is a pseudo-terminal
   TimeNs frame_ns;
   const char* echoed;  // the stop as it is on the line, hexadecimal
+  std::string held_back{};
 };
 
 Stoppable lunar_zebro();
