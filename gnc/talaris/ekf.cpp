@@ -1,6 +1,7 @@
 #include "gnc/talaris/ekf.h"
 
 #include <cmath>
+#include <cstring>
 
 #include "gnc/math.h"
 
@@ -54,6 +55,20 @@ inline Turn turn_of(double x, double y, double z) noexcept {
     s = math::sin(h) / (2 * h);
   }
   return {c, s * x, s * y, s * z};
+}
+
+// to += factor * from, two numbers at a time, each as by itself.
+template <class Matrix>
+inline void add(Matrix& to, double factor, const Matrix& from) noexcept {
+  using Pair [[gnu::vector_size(16)]] = double;
+  static_assert(sizeof(Matrix) % sizeof(Pair) == 0);
+  for (Eigen::Index i = 0; i < to.size(); i += 2) {
+    Pair sum, term;
+    std::memcpy(&sum, to.data() + i, sizeof sum);
+    std::memcpy(&term, from.data() + i, sizeof term);
+    sum += factor * term;
+    std::memcpy(to.data() + i, &sum, sizeof sum);
+  }
 }
 
 // One Newton step: a product of unit quaternions is off by rounding only.
@@ -140,7 +155,7 @@ void Ekf::propagate(double dt, const Vector3& rate, const Vector3& force) noexce
   Since& s = since_;
   const double dx = dt * f[0], dy = dt * f[1], dz = dt * f[2];
   double* const v = s.velocity.all.data();
-  s.position.all += dt * s.velocity.all;
+  add(s.position.all, dt, s.velocity.all);
 #pragma GCC unroll 3
   for (int i = 0; i < 3; ++i) {  // += [df x] d
     const double d0 = v[3 * i], d1 = v[3 * i + 1], d2 = v[3 * i + 2];
