@@ -34,7 +34,8 @@ REJECTED = 1
 FAULT = {"emergency_stop": 1, "obc_silent": 2, "module_silent": 4, "port_lost": 11, "port_absent": 12,
          "shared_memory_lost": 15, "bus_noise": 16,
          "frame_overrun": 3, "bus_stuck": 17, "orders_stale": 20,
-         "memory_lost": 90, "camera_lost": 59, "emergency_button": 32, "altitude_lost": 46, "node_wrong": 35, "node_refuses": 36,
+         "memory_lost": 90, "camera_lost": 59, "corner_altimeter_lost": 75,
+         "emergency_button": 32, "altitude_lost": 46, "node_wrong": 35, "node_refuses": 36,
          "wheel_embedded": 74}
 EXIT = {"usage": 2, "unreachable": 3, "unknown_name": 4, "rejected": 5, "failed": 6, "timed_out": 7,
         "not_authorised": 8}
