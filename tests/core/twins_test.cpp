@@ -87,5 +87,26 @@ TEST_F(TwinTest, FlipsInBothCopiesAreLost) {
   }
 }
 
+// Also of the highest bits of two words, which an odd factor leaves as they are.
+TEST_F(TwinTest, TwoFlipsInOneCopyAreNoticedWhenTheOtherIsDamagedToo) {
+  for (const std::size_t highest : {63u, 62u, 31u, 0u}) {
+    for (std::size_t word = 1; word < kSize / 8; ++word) {
+      if (word % 4 == 0) continue;  // in one of the four sums of words a few pairs cancel: sum.h
+      flip(live, highest);
+      flip(live, 64 * word + highest);
+      flip(twin.copy(), 8 * 500);
+      ASSERT_EQ(check(), MemoryCheck::lost) << highest << " " << word;
+      live = before;
+      twin.seal(live);
+    }
+  }
+}
+
+TEST_F(TwinTest, AWipedCopyReplacesNothing) {
+  std::ranges::fill(bytes_of(twin), std::uint8_t{0});
+  EXPECT_EQ(check(), MemoryCheck::lost);
+  EXPECT_EQ(live, before);
+}
+
 }  // namespace
 }  // namespace lss
