@@ -1,6 +1,7 @@
 // The emergency stop as a program: its vehicles, its end, its output.
 
 #include "tests/cli/program_test.h"
+#include "tools/lss-cli/session/emergency.h"
 #include "tools/lss-cli/session/wire.h"
 
 namespace lss::cli::test {
@@ -195,6 +196,34 @@ TEST_F(Estop, InAShellKeepsUpTheLeaseOfItsOwnVehicle) {
   EXPECT_EQ(ended.code, 7);
   EXPECT_THAT(first.kinds(), ElementsAre(kStart, kStand, kWalk, kStop));
   EXPECT_GE(first.heartbeats(), 10U);  // five a second
+}
+
+// It has nobody to speak to then, and waits for somebody.
+TEST_F(Estop, IsNotSentWithoutAPauseWhenTheLastVehicleLeaves) {
+  Options options;
+  options.domain = domain();
+  Link link(options);
+  link.open_emergency("");
+  EmergencyStop stop(link, std::string(dds::kEveryVehicle));
+  const auto turns_until = [&](auto&& done) {
+    int turns = 0;
+    for (const auto limit = Clock::now() + seconds(20); !done() && Clock::now() < limit; ++turns) {
+      const auto next = stop.step({});
+      if (!next) break;
+      link.wait(*next);
+    }
+    return turns;
+  };
+  {
+    FakeDaemon daemon(domain());
+    daemon.trouble(kEstop, {Trouble::Kind::no_answer});
+    turns_until([&] { return !link.hearers().empty(); });
+    ASSERT_FALSE(link.hearers().empty());
+  }
+  turns_until([&] { return link.hearers().empty(); });
+  ASSERT_TRUE(link.hearers().empty());
+  const auto end = Clock::now() + seconds(0.5);
+  EXPECT_LT(turns_until([&] { return Clock::now() >= end; }), 100);
 }
 
 }  // namespace

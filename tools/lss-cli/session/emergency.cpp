@@ -83,7 +83,7 @@ std::optional<Clock::time_point> EmergencyStop::step(const Hooks& hooks) {
   if (news || Clock::now() >= next_) {
     send();
     const double first_s = kFirstRepeat_s * static_cast<double>(hearers.size());
-    repeat_s_ = std::min(news ? first_s : 2 * repeat_s_, kRepeat_s);
+    repeat_s_ = std::min(news && first_s > 0 ? first_s : 2 * repeat_s_, kRepeat_s);
     hearers_ = std::move(hearers);
     next_ = Clock::now() + seconds(repeat_s_);
   }
