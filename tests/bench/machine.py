@@ -42,7 +42,7 @@ def machine_class():
     import vm  # pylint: disable=import-outside-toplevel
 
     class Deterministic(vm.Machine):
-        COUNTED = ["-accel", "tcg,thread=single", "-icount", "shift=1,sleep=off", "-rtc", "clock=vm", "-smp", "1"]
+        SHIFT = 1
     return Deterministic
 
 

@@ -7,7 +7,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 
 import vm
@@ -26,8 +25,6 @@ class Box(unittest.TestCase):
     """One machine for all tests of a class; they go in the order of their names."""
 
     INSTALL = True
-    DISK = False
-    COUNTED = True  # see vm.py
 
     @classmethod
     def setUpClass(cls):
@@ -37,7 +34,7 @@ class Box(unittest.TestCase):
         os.chmod(cls.share, 0o755)
         for deb in glob.glob(os.path.join(PACKAGES, "*.deb")):
             shutil.copy(deb, cls.share)
-        cls.disk = vm.new_disk(cls.share) if cls.DISK else None
+        cls.disk = None
         cls.machine = None
         cls.addClassCleanup(lambda: cls.machine and cls.machine.end())
         cls.boot()
@@ -46,7 +43,7 @@ class Box(unittest.TestCase):
 
     @classmethod
     def boot(cls):
-        cls.machine = vm.Machine(cls.share, cls.disk, cls.COUNTED)
+        cls.machine = vm.Machine(cls.share, cls.disk)
         cls.machine.wait_for_boot()
         print(f"boot to agent: {cls.machine.boot_s:.1f} s, {cls.machine.cpu_s:.1f} s of CPU", flush=True)
 
@@ -69,15 +66,38 @@ class Box(unittest.TestCase):
     def must(cls, command, limit_s=60):
         return cls.machine.must(command, limit_s)
 
+    # --- waiting; all limits are seconds in the box
+
+    @classmethod
+    def until(cls, condition, what, limit_s=60):
+        """Until a function returns true; how many seconds that took."""
+        begun_s = now_s = float(cls.must("cut -d ' ' -f 1 /proc/uptime"))
+        while not condition():
+            if now_s > begun_s + limit_s:
+                raise AssertionError(f"not within {limit_s} s: {what}")
+            now_s = float(cls.must("sleep 0.1; cut -d ' ' -f 1 /proc/uptime"))
+        return now_s - begun_s
+
     @classmethod
     def wait(cls, condition, what, limit_s=60):
-        """Until a shell command succeeds; how many seconds that took in the box."""
-        status, text = cls.machine.run(
-            f"begun=$SECONDS; until {{ {condition}; }} > /dev/null; do [ $((SECONDS - begun)) -lt {limit_s} ] || exit 1; "
-            "sleep 0.1; done; echo $((SECONDS - begun))", limit_s + 30)
-        if status != 0:
-            raise AssertionError(f"not within {limit_s} s: {what}\n{text}")
-        return int(text.splitlines()[-1])
+        """Until a shell command succeeds; how many seconds that took."""
+        return cls.until(lambda: cls.run_there(f"{{ {condition}; }} > /dev/null")[0] == 0, what, limit_s)
+
+    def wait_status(self, expression, what, limit_s=60):
+        """Until a Python expression about the status `s` is true; that status."""
+        status = None
+
+        def holds():
+            nonlocal status
+            code, text = self.run_there("lss-cli --json status 2> /dev/null")
+            status = json.loads(text) if code == 0 else None
+            return status is not None and eval(expression, {"s": status})  # pylint: disable=eval-used
+
+        try:
+            self.until(holds, what, limit_s)
+        except AssertionError as late:
+            raise AssertionError(f"{late}: {json.dumps(status)[:2000]}") from None
+        return status
 
     # --- units
 
@@ -92,24 +112,6 @@ class Box(unittest.TestCase):
 
     def status(self):
         return json.loads(self.must("lss-cli --json status"))
-
-    def wait_status(self, expression, what, limit_s=60):
-        """Waits until a Python expression about the status `s` is true."""
-        end_s = time.monotonic() + vm.PATIENCE * limit_s
-        status = None
-        while time.monotonic() < end_s:
-            code, text = self.run_there("lss-cli --json status 2> /dev/null")
-            if code == 0:
-                status = json.loads(text)
-                if eval(expression, {"s": status}):  # pylint: disable=eval-used
-                    return status
-        raise AssertionError(f"not within {limit_s} s: {what}: {json.dumps(status)[:2000]}")
-
-    def until(self, condition, what, limit_s=30):
-        end_s = time.monotonic() + vm.PATIENCE * limit_s
-        while not condition():
-            if time.monotonic() > end_s:
-                raise AssertionError(f"not within {limit_s} s: {what}")
 
     @classmethod
     def use_can(cls):

@@ -127,12 +127,12 @@ class Disk:
         self.cached = []
         self.flushes += 1
 
-    def stop_in_write(self, count):
+    def stop_in_write(self, count, limit_s):
         """The disk is dead from the so manieth write on, which it has in its cache; returns when it is."""
         self.stopped.clear()
         self.writes_left = count
-        if not self.stopped.wait(60):
-            raise AssertionError(f"no {count} writes in a minute")
+        if not self.stopped.wait(limit_s):
+            raise AssertionError(f"no {count} writes in {limit_s} s")
 
     def lose_power(self):
         """After its computer is gone. Unflushed writes: their number, and how many of them are complete."""

@@ -11,7 +11,7 @@ import unittest
 from box import Box, setUpModule  # noqa: F401  pylint: disable=unused-import
 
 
-STILL_S = 3
+STILL_S, LIMIT_S = 6, 1  # of the host, of the box
 
 
 class Boot(Box):
@@ -70,7 +70,7 @@ class Boot(Box):
         self.assertEqual(self.must("systemctl --failed --no-legend"), "")
 
     def test_7_no_time_passes_while_the_host_stands_still(self):
-        """Else a busy host would let limits pass, as systemd's of 90 s for a mount or a unit."""
+        """Else a busy host would let limits pass: systemd's of 90 s for a mount or a unit, and those of these tests."""
         begun, go_on = (os.path.join(self.share, name) for name in ("begun", "go_on"))
 
         def stand_still():
@@ -83,10 +83,18 @@ class Boot(Box):
                 pass
 
         threading.Thread(target=stand_still, daemon=True).start()
-        # The loop keeps the CPU busy: time would leap ahead.
-        passed = self.must("while :; do :; done & begin=$EPOCHREALTIME; touch /mnt/host/begun; "
-                           "until [ -e /mnt/host/go_on ]; do :; done; end=$EPOCHREALTIME; kill $!; echo $begin $end").split()
-        self.assertLess(float(passed[1]) - float(passed[0]), STILL_S)
+        stood = []
+
+        def stood_before():
+            if stood:
+                return True
+            # The loop keeps the CPU busy: time would leap ahead.
+            stood.append(self.must("while :; do :; done & begin=$EPOCHREALTIME; touch /mnt/host/begun; until [ -e /mnt/host/go_on ]; "
+                                   "do :; done; end=$EPOCHREALTIME; kill $!; echo $begin $end", LIMIT_S).split())
+            return False
+
+        self.until(stood_before, "it is asked again", LIMIT_S)
+        self.assertLess(float(stood[0][1]) - float(stood[0][0]), LIMIT_S)
 
 
 if __name__ == "__main__":

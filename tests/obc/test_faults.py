@@ -34,7 +34,7 @@ class Faults(Box):
         pid, restarts = self.pid(UNIT), int(self.show(UNIT, "NRestarts"))
         self.must(f"kill -STOP {pid}")
         took = self.wait(f"[ $(systemctl show -P NRestarts {UNIT}) -gt {restarts} ]", "it is started again", 60)
-        print(f"started again {took} s after it was halted")
+        print(f"started again {took:.1f} s after it was halted")
         self.must(f"journalctl -b -u {UNIT} -o cat --no-pager | grep -i 'watchdog timeout'")
         self.comes_up_safe(pid)
 

@@ -25,8 +25,6 @@ PERIOD_NS, LEAD_NS, MOST_LOST_NS = 100_000_000, 10_000_000, 100_000_000  # confi
 
 
 class Power(Box):
-    COUNTED = False  # a disk has the host's time
-
     @classmethod
     def boot(cls):
         if cls.disk is None:
@@ -76,7 +74,7 @@ class Power(Box):
 
     def cut(self):
         """In the middle of a write; UTC of the last SYNC received before."""
-        self.drive.stop_in_write(self.random.randrange(1, 400))
+        self.drive.stop_in_write(self.random.randrange(1, 400), vm.HANG_S)
         self.machine.cut_power()
         lost, kept = self.drive.lose_power()
         with open(os.path.join(self.share, "sync.log"), encoding="ascii") as file:
@@ -165,8 +163,8 @@ class Power(Box):
             self.run_there("systemctl poweroff")
         except vm.Gone:
             pass  # before it could answer
-        self.machine.process.wait(120)
-        self.drive.gone.wait(60)
+        self.machine.process.wait(vm.HANG_S)
+        self.drive.gone.wait()
         self.drive.flush()
         path = f"{os.environ['PATH']}:/sbin:/usr/sbin"
         checked = subprocess.run(["e2fsck", "-fn", self.drive.safe_path], stdout=subprocess.PIPE,

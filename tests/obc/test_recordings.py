@@ -39,7 +39,7 @@ class Recordings(Box):
 
     def replays_here(self, path):
         result = subprocess.run([LSSD, "--replay", path], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                                check=False, timeout=vm.PATIENCE * 60)
+                                check=False, timeout=vm.HANG_S)
         print(result.stdout, flush=True)
         self.assertEqual(result.returncode, 0, result.stdout)
 

@@ -19,8 +19,6 @@ def drop_in():
 
 
 class Secured(Box):
-    COUNTED = False
-
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
