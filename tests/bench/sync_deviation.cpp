@@ -29,6 +29,8 @@ using ardito::RoverOrders;
 constexpr TimeNs kPeriod = 100 * kMillisecond, kOffset = 10 * kMillisecond;
 constexpr int kWarmUpFrames = 20;  // the master begins SYNC at any time and shifts it to its place
 constexpr std::uint32_t kSyncId = 0x080;
+// Above the bus thread: on one CPU what that does after SYNC must not delay the time stamp.
+constexpr int kFarEndPriority = kActuatePriority + 1;
 
 // The far end of a CAN bus over UDP: reception time of SYNC.
 class FarEnd : public testing_support::UdpPeer {
@@ -109,8 +111,8 @@ Figures sync_deviation(const Options& options) {
     const auto begin = [&](const char* name, int priority, int cpu, std::function<void()> body) {
       threads.emplace_back(name, priority, cpu, std::move(body));
     };
-    begin("far end", kHardwarePriority, kHardwareCpu, [&] { ours.run(stop); });
-    begin("far end", kHardwarePriority, kHardwareCpu, [&] { raw.run(stop); });
+    begin("far end", kFarEndPriority, kHardwareCpu, [&] { ours.run(stop); });
+    begin("far end", kFarEndPriority, kHardwareCpu, [&] { raw.run(stop); });
     begin("bus", kBusPriority, measured_cpu(), [&] { bus.run(); });
     begin("actuate", kActuatePriority, measured_cpu(), [&] {
       engine.actuate([&](const RoverOrders& orders) noexcept { bus.release(orders); });
