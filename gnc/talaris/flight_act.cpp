@@ -21,6 +21,8 @@ constexpr double kProbeAfter_s = 0.4;                  // level
 constexpr double kProbe_1_s = 0.04, kMostProbe = 0.1;  // of the weight, each second; at most
 constexpr double kOverTime_s = 15, kSinks_1_s = 0.02;  // after max_run_s; lift lost each second
 constexpr double kSinks_m_s = 0.1;
+// By a speed of that sigma it goes back to its place along y as fast as that, also at the ground.
+constexpr double kWellKnown_m_s = 0.03, kKnownWn_rad_s = 1.32;
 constexpr double kRest_m = 0.06, kRest_m_s = 0.085;
 constexpr double kFanStart = 0.8;  // of the weight, on the ground, before height is controlled
 // Fans with too much or too little thrust are corrected: dead band of the weight share that is left
@@ -268,14 +270,18 @@ void Flight::act_gas(FlightOutput& output) noexcept {
     const auto lean = [](double& now, double wanted) {
       now += std::clamp(wanted - now, -kLeanStep_rad, kLeanStep_rad);
     };
-    // at the ground the speed counts, not the place
-    const bool down =
-        (phase_ == Phase::descend && height_m_ < kDampedBelow_m) || phase_ == Phase::escape;
+    const bool known =
+        phase_ == Phase::descend && state_.velocity_sigma_m_s.tail<2>().maxCoeff() < kWellKnown_m_s;
+    Gains gains = gain();
+    if (known) gains.lateral_wn_rad_s = std::max(gains.lateral_wn_rad_s, kKnownWn_rad_s);
+    // at the ground the speed counts, not the place, unless the speed is known
+    const bool low = phase_ == Phase::descend && height_m_ < kDampedBelow_m;
+    const bool down = (low && !known) || phase_ == Phase::escape;
     // the attitude follows late: with the speed that it has by then
     const double soon_m_s =
         c * v.y() + s * v.z() + kLeanLag_s * (kGravity_m_s2 * attitude.tilt_z_rad + push_y);
     lean(lean_z_rad_, tilt_for_y(c * off.y() + s * off.z(), (down ? kDownDamping : 1) * soon_m_s,
-                                 gain(), push_y));
+                                 gains, push_y));
     // Not against what pushes it the way it wants to go: the drag that brakes it is gone when it
     // stands, and a lean against it would push it on.
     const double wanted_z = c * acceleration.z() - s * acceleration.y();

@@ -24,12 +24,13 @@ void fly_wide(std::initializer_list<unsigned> seeds, void (*expect)(const Flown&
   }
 }
 
-// As built these touch down with 0.4 to 0.7 m/s sideways.
+// As built these touch down with 0.4 to 0.7 m/s sideways. Navigation's speed is that of the last
+// frame, up to 0.2 s before contact.
 TEST(TalarisCamera, KeepsTheSpeedOverGroundAndThePlace) {
   fly_wide({1, 31, 34}, [](const Flown& flown) {
     EXPECT_LT(flown.sideways_m_s, 0.4);
     EXPECT_LT(flown.off_m(), 1.5);
-    EXPECT_LT(flown.nav_side_m_s, 0.1);
+    EXPECT_LT(flown.nav_side_m_s, 0.15);
   });
 }
 
@@ -39,6 +40,14 @@ TEST(TalarisCamera, BrakesWhereItIsMeantTo) {
   fly_wide({10, 67}, [](const Flown& flown) {
     EXPECT_LT(flown.off_m(), 1);
     EXPECT_LT(flown.gas_s, 36);
+  });
+}
+
+// By navigation 0.28 to 0.46 m from it, when only the speed counted near the ground.
+TEST(TalarisCamera, HoldsThePlaceAgainstGustsOnTheWayDown) {
+  fly_wide({7, 19, 30}, [](const Flown& flown) {
+    EXPECT_LT(std::abs(flown.across_m - flown.nav_across_m), 0.25);
+    EXPECT_LT(flown.sideways_m_s, 0.2);
   });
 }
 
