@@ -2,7 +2,9 @@
 
 // The flips of flips.h on a World of play.h: one run goes through the scenario; at each drawn
 // moment a copy of it has one bit flipped, at once or in a thread's work that follows, and goes on
-// to the end alone.
+// to the end alone. Where soon nothing differs but that bit itself, it waits for somebody who reads
+// it, mostly in vain: of such flips some go on to the end together, each from its own moment. When
+// anything comes of that, each of them goes on alone.
 
 #include <fmt/format.h>
 
@@ -35,8 +37,11 @@ class Flips {
   static constexpr unsigned kOfAScenario = 2000;
   static constexpr int kGrid_ms = 10;  // shorter than every frame
   static constexpr double kDetection_s = 1, kAll_s = World::kFlips_s + World::kAfter_s;
+  static constexpr double kNever_s = 1e9;
   static constexpr unsigned kCpu_s = 20, kCpuOfThreads_s = 60;
   static constexpr double kProgramShare = 0.2;
+  static constexpr double kWaits_s = 0.25;  // after so long it counts as waiting
+  static constexpr std::size_t kTogether = 16;
   // Of the buses so many follow a moment, which is some turns; of the frame all of one period do.
   static constexpr Instructions kMost = {20'000'000, 20'000};
 
@@ -51,6 +56,10 @@ class Flips {
     const FlipPart* part = nullptr;
     std::uint64_t bit = 0;
     std::optional<Hit> hit{};  // of a thread: instead of `bit`
+  };
+  struct Waiting {
+    Flip flip;
+    std::size_t part;  // of parts_
   };
   struct Live {
     explicit Live(unsigned seed, bool protect) : dice(seed), world(seed, dice) {
@@ -100,14 +109,56 @@ class Flips {
     for (std::size_t i = 0; i < told.size(); i += 4)
       reference_.push_back({told[i], told[i + 1], told[i + 2], told[i + 3]});
 
+    std::vector<Waiting> waiting;
     for (const Flip& flip : flips) {
       while (live.now_s < flip.at_s) live.pass(ends_s_);
-      const FlipResult result =
-          in_a_copy([&] { return play_on(live, flip); }, flip.hit ? kCpuOfThreads_s : kCpu_s);
+      const FlipResult result = in_a_copy([&] { return play_on(live, flip, kWaits_s); },
+                                          flip.hit ? kCpuOfThreads_s : kCpu_s);
       if (flip.hit && !struck().happened)
         throw std::runtime_error("a thread executed fewer instructions than before");
-      count(flip, result, live);
+      if (result.waits) {
+        waiting.push_back({flip, static_cast<std::size_t>(flip.part - parts_.data())});
+      } else {
+        count(flip, result, live);
+      }
     }
+    if (!waiting.empty()) go_on(seed, waiting);
+  }
+
+  // The same scenario again, for flips that wait.
+  void go_on(unsigned seed, std::span<Waiting> waiting) {
+    Live live(seed, plan_.protect);
+    if (!live.world.begin_flips(live.dice))
+      throw std::runtime_error("a scenario cannot be repeated");
+    list_parts(live);
+    for (Waiting& one : waiting) one.flip.part = &parts_.at(one.part);
+    for (std::size_t first = 0; first < waiting.size(); first += kTogether) {
+      const auto some = waiting.subspan(first, std::min(kTogether, waiting.size() - first));
+      while (live.now_s < some.front().flip.at_s) live.pass(ends_s_);
+      const bool none =
+          in_a_copy([&] { return play_together(live, some); }, kCpu_s).outcome == FlipOutcome::none;
+      for (const Waiting& one : some) {
+        while (!none && live.now_s < one.flip.at_s) live.pass(ends_s_);
+        const auto alone = [&] { return play_on(live, one.flip, kNever_s); };
+        count(one.flip, none ? FlipResult{FlipOutcome::none} : in_a_copy(alone, kCpu_s), live);
+      }
+    }
+  }
+
+  // none: nothing on the bus differs and nothing is reported, to the end.
+  FlipResult play_together(Live& live, std::span<const Waiting> some) {
+    Rules<World> rules;
+    bool broken = false;
+    while (live.at < ends_s_.size()) {
+      for (; !some.empty() && some.front().flip.at_s <= live.now_s; some = some.subspan(1))
+        campaign::flip(some.front().flip.part->bytes, some.front().flip.bit);
+      const Slice& expected = reference_[live.at];
+      const Slice slice = live.pass(ends_s_);
+      rules.look(live.world, [&](const std::string&) { broken = true; });
+      if (broken || slice.sent != expected.sent || slice.alarms > expected.alarms)
+        return {FlipOutcome::silent};
+    }
+    return {FlipOutcome::none};
   }
 
   // Of the running scenario: its parts, what is hit of them, and what is compared.
@@ -240,7 +291,8 @@ class Flips {
     return hit;
   }
 
-  FlipResult play_on(Live& live, const Flip& flip) {
+  // waits: nothing else has differed for `waits_s`, and only the bit itself does.
+  FlipResult play_on(Live& live, const Flip& flip, double waits_s) {
     Rules<World> rules;
     bool broken = false;
     const auto look = [&] { rules.look(live.world, [&](const std::string&) { broken = true; }); };
@@ -256,7 +308,6 @@ class Flips {
     };
     const bool compares = flip.part->kind != FlipPart::program && !plan_.to_the_end &&
                           std::ranges::none_of(reports_, in_reports);
-    constexpr double kNever_s = 1e9;
     double other_s = kNever_s, alarm_s = kNever_s;
     for (unsigned passes = 1; live.at < ends_s_.size() && !broken; ++passes) {
       const Slice& expected = reference_[live.at];
@@ -271,11 +322,15 @@ class Flips {
       if (slice.alarms > expected.alarms) alarm_s = std::min(alarm_s, live.now_s);
       // Nothing is left of it, and nothing can come any more.
       const bool now = std::has_single_bit(passes) || passes % 64 == 0;
-      if (compares && now && slice.sent == expected.sent &&
-          (alarm_s != kNever_s || series() == expected.series) &&
-          live.world.chain.second_copies_agree() && memory() == expected.memory &&
-          processor_modes() == modes)
-        break;
+      if (!compares || !now || slice.sent != expected.sent ||
+          (alarm_s == kNever_s && series() != expected.series) ||
+          !live.world.chain.second_copies_agree() || processor_modes() != modes)
+        continue;
+      if (memory() == expected.memory) break;
+      const bool waits = !flip.hit && other_s == kNever_s && alarm_s == kNever_s &&
+                         live.now_s - flip.at_s >= waits_s;
+      if (waits && with_bit_restored(flip, [&] { return memory() == expected.memory; }))
+        return {.outcome = FlipOutcome::none, .waits = true};
     }
     if (broken) return {FlipOutcome::unsafe};
     if (other_s == kNever_s)
@@ -283,6 +338,14 @@ class Flips {
     const double detected_s = alarm_s - other_s;
     if (detected_s > kDetection_s) return {FlipOutcome::silent};
     return {FlipOutcome::safe, std::max(detected_s, 0.0)};
+  }
+
+  template <class Look>
+  static bool with_bit_restored(const Flip& flip, Look&& look) {
+    campaign::flip(flip.part->bytes, flip.bit);
+    const bool seen = look();
+    campaign::flip(flip.part->bytes, flip.bit);
+    return seen;
   }
 
   void count(const Flip& flip, const FlipResult& result, Live& live) {

@@ -81,6 +81,7 @@ struct FlipResult {
   FlipOutcome outcome = FlipOutcome::restarted;
   double detected_s = 0;  // safe: after the first other order
   bool hung = false;      // restarted: it took too long
+  bool waits = false;     // none, so far
 };
 FlipResult in_a_copy(const std::function<FlipResult()>& run, unsigned cpu_s);
 // The bytes that `run` returns, from a copy of this process. Throws std::runtime_error.
