@@ -4,7 +4,9 @@
 #include "tests/bench/frame_mathematics.h"
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "daemon/runtime/clock.h"
 #include "gnc/zebro/locomotion.h"
@@ -126,6 +128,7 @@ Figures frame_mathematics(const Options& options) {
   }
 #ifdef LSS_BENCH_TALARIS
   figures.push_back(talaris_against_dense(options));
+  std::ranges::copy(talaris_allocation(options), std::back_inserter(figures));
 #endif
   return figures;
 }

@@ -18,6 +18,8 @@ std::function<Samples()> ardito_frame(const Options& options);
 std::function<Samples()> talaris_navigation(const Options& options);
 // The same with both IMUs and control allocation.
 std::function<Samples()> talaris_whole(const Options& options);
+// Single problems of control allocation.
+Figures talaris_allocation(const Options& options);
 // One frame of navigation with so many samples of the IMU, of so many recorded frames.
 double talaris_frame_us(int imu_samples, int frames);
 // The same filter, dense.

@@ -1,6 +1,8 @@
 // TALARIS' navigation for row vii: one frame of 200 ms, 40 samples of the IMU and two ranges, again
 // and again with nothing in between; the same with a second IMU and control allocation, as after
-// the failure of a valve and a fan; and the same filter written densely.
+// the failure of a valve and a fan; that allocation alone; and the same filter written densely.
+
+#include <random>
 
 #include "daemon/runtime/clock.h"
 #include "daemon/vehicles/talaris/standby_imu.h"
@@ -111,6 +113,62 @@ class Allocated {
   AllocationProblem problem_;
 };
 
+// The problems of a frame as flight_failed.cpp asks them: the equilibrium, the frame, and again
+// with pulses that are possible. Demands are like those of flights with a failed actuator.
+class Failed {
+ public:
+  explicit Failed(Samples& us) : us_(us) {
+    problem_.effect = effect_of(Thrusters{}, Fans{});
+    problem_.weight << 5e-4, 5e-5, 0.05, 1, 1;
+    problem_.cost.head<kFirstFan>().setConstant(5e-6);
+    problem_.most.head<kFirstFan>().setConstant(Thrusters{}.force_N);
+    problem_.cost.tail<kFans>().setConstant(2.5e-6);
+    problem_.preferred.tail<kFans>().setConstant(110);
+    problem_.most.tail<kFans>().setConstant(110);
+  }
+  // Stuck shut or dead; a valve may be stuck open.
+  void fail(Eigen::Index actuator, bool open) {
+    (open ? problem_.least : problem_.most)[actuator] = open ? Thrusters{}.force_N : 0;
+  }
+  void frame(std::mt19937& random) {
+    const auto about = [&](double sigma) {
+      return std::normal_distribution<double>(0, sigma)(random);
+    };
+    AllocationProblem p = problem_;
+    p.wanted << 430 + about(15), about(3), about(0.5), about(0.5), about(0.5);
+    p.preferred = solve(p);
+    p.wanted << 260 + about(80), about(80), about(1.5), about(15), about(12);
+    for (Eigen::Index i = kFirstFan; i < kActuators; ++i) {
+      if (p.least[i] < p.most[i]) p.most[i] = 100;
+      p.least[i] = std::min(20.0, p.most[i]);
+      p.cost[i] = 5e-5;
+    }
+    const Forces force_N = solve(p);
+    const double least_N = Thrusters{}.force_N * Thrusters{}.min_on_s / kFrame_s;
+    const double most_N = Thrusters{}.force_N * Thrusters{}.max_on_s / kFrame_s;
+    for (Eigen::Index i = 0; i < kFirstFan; ++i) {
+      if (p.least[i] >= p.most[i]) continue;
+      const bool shortest = force_N[i]<least_N, longest = force_N[i]> most_N;
+      p.least[i] = longest ? Thrusters{}.force_N : shortest ? 0 : least_N;
+      p.most[i] = longest ? Thrusters{}.force_N : shortest ? 0 : most_N;
+    }
+    solve(p);
+  }
+
+ private:
+  static constexpr Eigen::Index kFirstFan = kValves;
+  Forces solve(const AllocationProblem& problem) {
+    const TimeNs begin = now_ns();
+    const Allocation found = allocate(problem);
+    keep(&found);
+    us_.push_back(static_cast<double>(now_ns() - begin) * 1e-3);
+    return found.force_N;
+  }
+
+  AllocationProblem problem_;
+  Samples& us_;
+};
+
 // With a second IMU of half the rate.
 class Whole {
  public:
@@ -163,6 +221,28 @@ class Whole {
 
 std::function<Samples()> talaris_whole(const Options& options) {
   return [whole = Whole(options.count(2'000, 100))] { return whole.frame_ns(); };
+}
+
+Figures talaris_allocation(const Options& options) {
+  Samples us;
+  std::mt19937 random(1);
+  const int frames = options.count(100, 10);
+  for (Eigen::Index actuator = -1; actuator < kActuators; ++actuator) {
+    for (const bool open : {false, true}) {
+      if (open && (actuator < 0 || actuator >= static_cast<Eigen::Index>(kValves))) continue;
+      Failed failed(us);
+      if (actuator >= 0) failed.fail(actuator, open);
+      for (int i = 0; i < frames; ++i) failed.frame(random);
+    }
+  }
+  const auto made = [](const char* name, double value) {
+    return figure_of("vii", name, "us", value, kNone, kNone,
+                     "one problem of twelve actuators; of the three in a frame after a failure");
+  };
+  Figures figures{held_back(at_most(made("TALARIS' allocation, p99", p99(us)), 20),
+                            "up to 17 steps, each with a factorisation of 12 x 12 at most")};
+  if (options.maxima) figures.push_back(made("TALARIS' allocation, max", quantile(us, 1)));
+  return figures;
 }
 
 std::function<Samples()> talaris_navigation(const Options& options) {
