@@ -261,13 +261,6 @@ FlightPlan parachute_flight() {
 
 const std::vector<Failure>& failures() {
   static const std::vector<Failure> all = {
-      {"IMU silent", {"imu-silent"}, "level by the fans"},
-      {"IMU silent, with a second one", {"imu-silent"}, "as planned", with_standby_imu},
-      {"IMU silent, with a second one and a camera",
-       {"imu-silent"},
-       "as planned",
-       [](FlightPlan plan) { return with_camera(with_standby_imu(std::move(plan))); }},
-      {"altimeter silent", {"altimeter-silent"}, "down by dead reckoning"},
       {"valve node silent", {"node-silent:0x20"}, "down by the fans"},
       {"fan node silent: the fans stop", {"node-silent:0x21"}, "gas takes what it can"},
       {"gas leak, 1 thruster-second a second", {"gas-leak:1"}, "down in time"},
@@ -276,6 +269,30 @@ const std::vector<Failure>& failures() {
       {"wind of 10 N", {"push:10:60"}, "as planned"},
   };
   return all;
+}
+
+const std::vector<Failure>& sensor_failures() {
+  static const std::vector<Failure> all = {
+      {"IMU silent", {"imu-silent"}, "level by the fans", nullptr, true},
+      {"IMU stuck", {"imu-stuck"}, "level by the fans", nullptr, true},
+      {"IMU silent, with a second one", {"imu-silent"}, "as planned", with_standby_imu},
+      {"IMU silent, with a second one and a camera",
+       {"imu-silent"},
+       "as planned",
+       [](FlightPlan plan) { return with_camera(with_standby_imu(std::move(plan))); }},
+      {"altimeter silent", {"altimeter-silent"}, "down by dead reckoning"},
+      {"altimeter stuck", {"altimeter-stuck"}, "down by dead reckoning"},
+      {"altimeter silent, with four at the corners",
+       {"altimeter-silent"},
+       "as planned",
+       with_corner_altimeters},
+  };
+  return all;
+}
+
+Flown fail_in(Phase phase, const Failure& failure, unsigned seed) {
+  FlightPlan plan = struck_in(phase, seed, {.faults = failure.faults});
+  return fly(failure.with != nullptr ? failure.with(std::move(plan)) : plan, seed);
 }
 
 Flown fail(const Failure& failure, unsigned seed, unsigned seeds) {
@@ -310,6 +327,24 @@ std::string failure_row(std::string_view name, std::string_view should,
   return line + "\n";
 }
 
+std::string in_phase(std::string_view name, Phase phase) {
+  return fmt::format("{}, {}", name, kPhaseNames[static_cast<std::size_t>(phase)]);
+}
+
+// Flights that were not survived are printed.
+std::string sensor_rows(unsigned seeds) {
+  std::string text;
+  for (const Failure& failure : sensor_failures()) {
+    for (const Phase phase : kStruckPhases) {
+      const auto all = runs(seeds, [&](unsigned seed) { return fail_in(phase, failure, seed); });
+      text += failure_row(in_phase(failure.name, phase), failure.right, all, told(all));
+      for (const Flown& flown : all)
+        if (!survived(flown)) say(flown.text());
+    }
+  }
+  return text;
+}
+
 // Each valve and fan, in each phase of its own.
 std::string actuator_rows(unsigned seeds) {
   std::string text;
@@ -329,8 +364,7 @@ std::string actuator_rows(unsigned seeds) {
       }
       const unsigned wrong_one = count(all, [](const Struck& s) { return s.wrong; });
       text += failure_row(
-          fmt::format("{}, {}", kind, kPhaseNames[static_cast<std::size_t>(phase)]),
-          failures.front()->often_lost ? "found" : "survived", flown,
+          in_phase(kind, phase), failures.front()->often_lost ? "found" : "survived", flown,
           fmt::format("{} found: {:.2f}, {:.2f} s{}", after.size(), after.share(0.5), after.most(),
                       wrong_one > 0 ? fmt::format("; other {}", wrong_one) : ""));
     }
@@ -340,23 +374,24 @@ std::string actuator_rows(unsigned seeds) {
 
 }  // namespace
 
+std::string sensors_section(unsigned seeds) { return kFailureHead + sensor_rows(seeds); }
 std::string actuators_section(unsigned seeds) { return kFailureHead + actuator_rows(seeds); }
 
-std::string failures_section(unsigned seeds, unsigned actuator_seeds) {
+std::string failures_section(unsigned seeds, unsigned phase_seeds) {
   std::string text = fmt::format(
-      R"({} hops each, the failure between 1 and 17 s after lift-off, evenly spread; of valves and fans {} hops in each phase, narrow
-dispersion with the fans' torque of the wide set. Survived: upright (less than 10 deg of tilt in the end), at most {:g} m/s down.
-Speeds, and times after which a failure was found: in the median, and at most; tilt: at touchdown, at most. Reported: faults, and
-the number of flights with each; *other*: flights in which another failure was found before or instead.
+      R"({} hops each, the failure between 1 and 17 s after lift-off, evenly spread; of IMU, altimeter, valves and fans {} hops in
+each phase, narrow dispersion with the fans' torque of the wide set. Survived: upright (less than 10 deg of tilt in the end), at
+most {:g} m/s down. Speeds, and times after which a failure was found: in the median, and at most; tilt: at touchdown, at most.
+Reported: faults, and the number of flights with each; *other*: flights in which another failure was found before or instead.
 
 )",
-      seeds, actuator_seeds, kSurvived_m_s);
+      seeds, phase_seeds, kSurvived_m_s);
   text += kFailureHead;
   for (const Failure& failure : failures()) {
     const auto all = runs(seeds, [&](unsigned seed) { return fail(failure, seed, seeds); });
     text += failure_row(failure.name, failure.right, all, told(all));
   }
-  return text + actuator_rows(actuator_seeds);
+  return text + sensor_rows(phase_seeds) + actuator_rows(phase_seeds);
 }
 
 }  // namespace lss::talaris

@@ -20,10 +20,14 @@ struct Failure {
   std::vector<std::string> faults;           // as for lss-sim
   const char* right;                         // the expected end of the flight
   FlightPlan (*with)(FlightPlan) = nullptr;  // more sensors than as built
+  bool often_lost = false;                   // nothing is left to bring it down gently
 };
 const std::vector<Failure>& failures();
 // The failure strikes between lift-off and descent, when is the seed's.
 Flown fail(const Failure& failure, unsigned seed, unsigned seeds);
+// Of IMU and altimeter; in `phase`, when is the seed's.
+const std::vector<Failure>& sensor_failures();
+Flown fail_in(Phase phase, const Failure& failure, unsigned seed);
 
 // How a hop has to end to be counted: as planned by the daemon, upright by the world.
 bool good(const Flown& flown);
@@ -44,9 +48,11 @@ extern const std::vector<HopFigure> kHopFigures;
 // Tables. Every line of the campaign is printed as it is flown.
 std::string hop_section(unsigned seeds);
 std::string stands_section(unsigned seeds, unsigned sled_seeds);
-// One table of all failures; those of valves and fans (failed_actuators.h) in each phase.
-std::string failures_section(unsigned seeds, unsigned actuator_seeds);
-std::string actuators_section(unsigned seeds);  // their part alone
+// One table of all failures; those of IMU and altimeter, valves and fans (failed_actuators.h) in
+// each phase.
+std::string failures_section(unsigned seeds, unsigned phase_seeds);
+std::string sensors_section(unsigned seeds);  // their part alone
+std::string actuators_section(unsigned seeds);
 
 // The wide set (sim::talaris::kWide), and where it no longer stands: each cause alone, swept.
 // `picture`: an SVG file of the sweeps.

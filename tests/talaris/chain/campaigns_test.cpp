@@ -231,7 +231,7 @@ TEST(TalarisResults, Document) {
   text += "\n## On the stands\n" +
           stands_section(wanted("LSS_RESULTS_RUNS", 20), wanted("LSS_RESULTS_SLED", 200));
   text += "\n## Failures in flight\n" +
-          failures_section(wanted("LSS_RESULTS_RUNS", 20), wanted("LSS_RESULTS_ACTUATORS", 12));
+          failures_section(wanted("LSS_RESULTS_RUNS", 20), wanted("LSS_RESULTS_ACTUATORS", 20));
   const std::string next = std::string(LSS_RESULTS_DOCUMENT) + ".next";
   std::ofstream(next) << text;
   ASSERT_EQ(std::rename(next.c_str(), LSS_RESULTS_DOCUMENT), 0);

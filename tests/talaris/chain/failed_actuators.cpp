@@ -53,22 +53,27 @@ const std::vector<ActuatorFailure>& actuator_failures() {
   return all;
 }
 
-Struck strike(const ActuatorFailure& failure, Phase phase, unsigned seed) {
+FlightPlan struck_in(Phase phase, unsigned seed, FlightPlan plan) {
   const auto [from_s, to_s] = window(phase);
   std::mt19937 random(seed * 31 + static_cast<unsigned>(phase));
   const double when_s = std::uniform_real_distribution(from_s, to_s)(random);
-  Struck struck;
-  double struck_s = 0;
-  TimeNs begun_ns = 0;
-  FlightPlan plan;
   // The torque of a fan that fails is no longer that of its neighbours.
   plan.spread.fan_torque_m = sim::talaris::kWide.fan_torque_m;
   plan.spread.fan_torque = sim::talaris::kWide.fan_torque;
   plan.spread.rotor_kg_m2 = sim::talaris::kWide.rotor_kg_m2;
-  plan.faults = {failure.fault};
-  plan.strike_step = [&](Chain& chain) {
+  plan.strike_step = [phase, when_s, begun_ns = TimeNs{0}](Chain& chain) mutable {
     if (begun_ns == 0 && chain.phase() == phase) begun_ns = chain.now();
-    if (begun_ns == 0 || static_cast<double>(chain.now() - begun_ns) * 1e-9 < when_s) return false;
+    return begun_ns != 0 && static_cast<double>(chain.now() - begun_ns) * 1e-9 >= when_s;
+  };
+  return plan;
+}
+
+Struck strike(const ActuatorFailure& failure, Phase phase, unsigned seed) {
+  Struck struck;
+  double struck_s = 0;
+  FlightPlan plan = struck_in(phase, seed, {.faults = {failure.fault}});
+  plan.strike_step = [&, due = plan.strike_step](Chain& chain) {
+    if (!due(chain)) return false;
     struck_s = chain.seconds();
     return true;
   };

@@ -25,13 +25,16 @@ const std::vector<ActuatorFailure>& actuator_failures();
 inline constexpr Phase kStruckPhases[] = {Phase::ascend, Phase::hover, Phase::traverse,
                                           Phase::descend};
 
+// Its faults strike at a time in `phase` that the seed chooses, a vehicle with the fans' torque of
+// the wide set.
+FlightPlan struck_in(Phase phase, unsigned seed, FlightPlan plan);
+
 struct Struck {
   Flown flown;
   bool found = false;        // the right verdict
   bool wrong = false;        // another one, before or instead
   double found_after_s = 0;  // from the failure
 };
-// At a time in `phase` that the seed chooses.
 Struck strike(const ActuatorFailure& failure, Phase phase, unsigned seed);
 inline constexpr double kSurvived_m_s = 2;
 bool survived(const Flown& flown);  // upright, at most so fast down

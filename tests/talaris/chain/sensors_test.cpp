@@ -4,9 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 
 #include "idl/talaris/codes.h"
+#include "tests/support/everything.h"
 #include "tests/talaris/chain/campaigns.h"
+#include "tests/talaris/chain/failed_actuators.h"
 #include "tests/talaris/chain/flights.h"
 
 namespace lss::talaris {
@@ -227,6 +230,34 @@ TEST(TalarisStandbyImu, OneThatIsOffEndsTheFlightUpright) {
     EXPECT_EQ(std::ranges::count(flown.faults, faults::imus_disagree), 1);
     EXPECT_FALSE(flown.succeeded);
   }
+}
+
+// IMU and altimeter, with and without others that replace them: a sample at each commit.
+TEST(TalarisFailedSensors, AreSurvivedExceptTheOnlyImu) {
+  std::size_t number = 0;
+  for (const Failure& failure : sensor_failures()) {
+    for (const Phase phase : kStruckPhases) {
+      if (!testing_support::in_sample(number++, 7)) continue;
+      const Flown flown = fail_in(phase, failure, static_cast<unsigned>(number));
+      SCOPED_TRACE(std::string(failure.name) + " in phase " +
+                   kPhaseNames[static_cast<std::size_t>(phase)] + ", " + flown.text());
+      EXPECT_TRUE(flown.came_down);
+      EXPECT_FALSE(wrong(flown));
+      if (failure.right == std::string_view("as planned")) {
+        EXPECT_TRUE(flown.succeeded);
+      }
+      if (!failure.often_lost) {
+        EXPECT_TRUE(survived(flown));
+      }
+    }
+  }
+}
+
+TEST(TalarisResults, FailedSensors) {
+  const char* seeds = std::getenv("LSS_RESULTS_SENSORS");
+  if (seeds == nullptr)
+    GTEST_SKIP() << "set LSS_RESULTS_SENSORS to the number of flights of each failure and phase";
+  sensors_section(static_cast<unsigned>(std::atoi(seeds)));
 }
 
 }  // namespace
