@@ -13,6 +13,8 @@ constexpr double kRepeat_s = 0.1;
 // A daemon hears nothing of a writer that it does not know yet, and nobody here sees when it does:
 // soon after a match it is sent again, then ever later. For each that hears it.
 constexpr double kFirstRepeat_s = 0.005;
+// Where all are executing it: one more would take the place of that.
+constexpr double kUnderWay_s = 1;
 constexpr double kNamed_s = 1;  // for the status of daemons that have answered
 
 }  // namespace
@@ -26,7 +28,18 @@ bool EmergencyStop::is_meant(std::string_view vehicle_id) const {
   return is_for_all() || vehicle_id == vehicle_id_;
 }
 
+// Every daemon that hears it has it.
+bool EmergencyStop::is_under_way() const {
+  return all_.size() >= hearers_.size() && std::ranges::all_of(all_, [](const auto& one) {
+           const Stopped& stopped = one.second;
+           return stopped.answered &&
+                  (stopped.ack.phase == lss_PHASE_ACCEPTED ||
+                   stopped.ack.phase == lss_PHASE_EXECUTING || stopped.completed());
+         });
+}
+
 void EmergencyStop::send() {
+  last_ = Clock::now();
   const std::uint64_t seq = link_.send_to(vehicle_id_, command_);
   if (first_ != 0) return;
   first_ = seq;
@@ -90,6 +103,7 @@ std::optional<Clock::time_point> EmergencyStop::step(const Hooks& hooks) {
   const Clock::time_point look = lull_.step(link_.take(), Clock::now());
   take_acks(hooks);
   take_status();
+  if (is_under_way()) next_ = std::max(next_, last_ + seconds(kUnderWay_s));
   if (is_done()) return std::nullopt;
   return std::min(next_, look);
 }

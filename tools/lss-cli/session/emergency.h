@@ -54,14 +54,15 @@ class EmergencyStop {
   void take_acks(const Hooks& hooks);
   void take_status();
   bool is_done() const;
+  bool is_under_way() const;
 
   Link& link_;
   std::string vehicle_id_;
   Invocation command_;
   Lull lull_;
-  std::uint64_t first_ = 0;  // sequence number
-  Clock::time_point sent_{}, next_{};
-  double repeat_s_ = 1;  // until the next one
+  std::uint64_t first_ = 0;                     // sequence number
+  Clock::time_point sent_{}, last_{}, next_{};  // the first one, the newest, the one to come
+  double repeat_s_ = 1;                         // until the next one
   std::vector<dds_instance_handle_t> hearers_;
   std::map<Guid, Stopped> all_;
 };
