@@ -21,8 +21,9 @@ constexpr double kProbeAfter_s = 0.4;                  // level
 constexpr double kProbe_1_s = 0.04, kMostProbe = 0.1;  // of the weight, each second; at most
 constexpr double kOverTime_s = 15, kSinks_1_s = 0.02;  // after max_run_s; lift lost each second
 constexpr double kSinks_m_s = 0.1;
-// By a speed of that sigma it goes back to its place along y as fast as that, also at the ground.
-constexpr double kWellKnown_m_s = 0.03, kKnownWn_rad_s = 1.32;
+// By a speed of that sigma it goes back to its place along y as fast as that, also at the ground,
+// when it is that near to it: else it would lean far just above the ground.
+constexpr double kWellKnown_m_s = 0.03, kKnownWn_rad_s = 1.32, kNearPlace_m = 0.5;
 constexpr double kRest_m = 0.06, kRest_m_s = 0.085;
 constexpr double kFanStart = 0.8;  // of the weight, on the ground, before height is controlled
 // Fans with too much or too little thrust are corrected: dead band of the weight share that is left
@@ -270,8 +271,9 @@ void Flight::act_gas(FlightOutput& output) noexcept {
     const auto lean = [](double& now, double wanted) {
       now += std::clamp(wanted - now, -kLeanStep_rad, kLeanStep_rad);
     };
-    const bool known =
-        phase_ == Phase::descend && state_.velocity_sigma_m_s.tail<2>().maxCoeff() < kWellKnown_m_s;
+    const bool known = phase_ == Phase::descend && reaction_ <= Reaction::hold &&
+                       state_.velocity_sigma_m_s.tail<2>().maxCoeff() < kWellKnown_m_s &&
+                       std::abs(c * off.y() + s * off.z()) < kNearPlace_m;
     Gains gains = gain();
     if (known) gains.lateral_wn_rad_s = std::max(gains.lateral_wn_rad_s, kKnownWn_rad_s);
     // at the ground the speed counts, not the place, unless the speed is known
