@@ -1,117 +1,227 @@
 #include "gnc/talaris/allocation.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "gnc/talaris/pwm.h"
 
 namespace lss::gnc::talaris {
 namespace {
 
-using Hessian = Eigen::Matrix<double, kActuators, kActuators>;
-using Vector = Eigen::Matrix<double, kActuators, 1>;
-
 // Of the gradient, relative to its terms: rounding.
 constexpr double kOptimal = 1e-9;
 
 enum class At : std::int8_t { least = -1, between = 0, most = 1, fixed = 2 };
-using Active = std::array<At, kActuators>;
 
-// The step of the free ones to the minimum over them; 0 for all others. Cholesky's factorisation of
-// the free rows and columns.
-Vector newton_step(const Hessian& hessian, const Vector& gradient, const Active& active) noexcept {
-  std::array<int, kActuators> moves{};
-  int n = 0;
-  for (int i = 0; i < kActuators; ++i) {
-    if (active[static_cast<std::size_t>(i)] == At::between)
-      moves[static_cast<std::size_t>(n++)] = i;
-  }
-  double l[kActuators][kActuators];
-  double y[kActuators];
-  for (int r = 0; r < n; ++r) {
-    const int row = moves[static_cast<std::size_t>(r)];
-    double sum = -gradient[row];
-    for (int c = 0; c <= r; ++c) {
-      double value = hessian(row, moves[static_cast<std::size_t>(c)]);
-      for (int k = 0; k < c; ++k) value -= l[r][k] * l[c][k];
-      l[r][c] = c == r ? std::sqrt(value) : value / l[c][c];
+// Lift valves and fans make lift, pitch and yaw, side valves push and roll: two problems that have
+// nothing in common.
+constexpr std::array<int, 8> kLifts = {0, 2, 4, 6, 8, 9, 10, 11};
+constexpr std::array<int, 3> kLiftRows = {kLiftRow, kPitchRow, kYawRow};
+constexpr std::array<int, 4> kSides = {1, 3, 5, 7};
+constexpr std::array<int, 2> kSideRows = {kSideRow, kRollRow};
+
+// Half the cost is |a u - b|^2 / 2 + sum of c (u - preferred)^2 / 2, with rows times the roots of
+// their weights. Over the free actuators, those between their limits, its minimum is at
+// u = preferred + a^T y / c with (1 + a a^T / c of the free) y = b - a (preferred of the free, u of
+// the others): as many unknowns as rows, however many are free (Woodbury).
+template <std::size_t kN, std::size_t kK>
+class Part {
+ public:
+  Part(const AllocationProblem& p, const std::array<int, kN>& actuators,
+       const std::array<int, kK>& rows) noexcept {
+    double root[kK];
+    for (std::size_t k = 0; k < kK; ++k) {
+      root[k] = std::sqrt(p.weight[rows[k]]);
+      b_[k] = root[k] * p.wanted[rows[k]];
     }
-    for (int k = 0; k < r; ++k) sum -= l[r][k] * y[k];
-    y[r] = sum / l[r][r];
+    for (std::size_t i = 0; i < kN; ++i) {
+      const int actuator = actuators[i];
+      for (std::size_t k = 0; k < kK; ++k) a_[i][k] = root[k] * p.effect(rows[k], actuator);
+      cost_[i] = p.cost[actuator];
+      slack_[i] = 1 / cost_[i];
+      preferred_[i] = p.preferred[actuator];
+      least_[i] = p.least[actuator];
+      most_[i] = p.most[actuator];
+      u[i] = std::clamp(preferred_[i], least_[i], most_[i]);
+      at_[i] = least_[i] >= most_[i] ? At::fixed : At::between;
+    }
   }
-  Vector step = Vector::Zero();
-  for (int r = n - 1; r >= 0; --r) {
-    double sum = y[r];
-    for (int k = r + 1; k < n; ++k) sum -= l[k][r] * step[moves[static_cast<std::size_t>(k)]];
-    step[moves[static_cast<std::size_t>(r)]] = sum / l[r][r];
+
+  void minimise() noexcept {
+    hold_all_that_exceed();
+    while (true) {
+      const std::size_t release = costs_most();
+      optimal = release == kN;
+      if (optimal || iterations >= kMost) return;
+      at_[release] = At::between;
+      while (iterations < kMost && blocked()) {
+      }
+    }
   }
-  return step;
+
+  std::array<double, kN> u;
+  int iterations = 0;
+  bool optimal = false;
+
+ private:
+  static constexpr int kMost = kMostIterations / 2;
+
+  // At the minimum over the free ones, for all: the pull of the rows on each, and where it wants
+  // to.
+  void solve() noexcept {
+    ++iterations;
+    double m[kK][kK] = {}, y[kK];
+    for (std::size_t k = 0; k < kK; ++k) {
+      m[k][k] = 1;
+      y[k] = b_[k];
+    }
+    for (std::size_t i = 0; i < kN; ++i) {
+      const bool free = at_[i] == At::between;
+      const double force = free ? preferred_[i] : u[i];
+#pragma GCC unroll 3
+      for (std::size_t k = 0; k < kK; ++k) y[k] -= a_[i][k] * force;
+      if (!free) continue;
+#pragma GCC unroll 3
+      for (std::size_t k = 0; k < kK; ++k) {
+        const double each = a_[i][k] * slack_[i];
+#pragma GCC unroll 3
+        for (std::size_t c = 0; c <= k; ++c) m[k][c] += each * a_[i][c];
+      }
+    }
+    // Cholesky's factorisation, in place; its diagonal inverse.
+#pragma GCC unroll 3
+    for (std::size_t r = 0; r < kK; ++r) {
+#pragma GCC unroll 3
+      for (std::size_t c = 0; c <= r; ++c) {
+        double value = m[r][c];
+#pragma GCC unroll 3
+        for (std::size_t k = 0; k < c; ++k) value -= m[r][k] * m[c][k];
+        m[r][c] = c == r ? 1 / std::sqrt(value) : value * m[c][c];
+      }
+#pragma GCC unroll 3
+      for (std::size_t k = 0; k < r; ++k) y[r] -= m[r][k] * y[k];
+      y[r] *= m[r][r];
+    }
+#pragma GCC unroll 3
+    for (std::size_t n = 1; n <= kK; ++n) {
+      const std::size_t r = kK - n;
+#pragma GCC unroll 3
+      for (std::size_t k = r + 1; k < kK; ++k) y[r] -= m[k][r] * y[k];
+      y[r] *= m[r][r];
+    }
+    for (std::size_t i = 0; i < kN; ++i) {
+      double pull = 0;
+#pragma GCC unroll 3
+      for (std::size_t k = 0; k < kK; ++k) pull += a_[i][k] * y[k];
+      pull_[i] = pull;
+      wanted_[i] = preferred_[i] + pull * slack_[i];
+    }
+  }
+
+  bool exceeds(std::size_t i) const noexcept {
+    return at_[i] == At::between && (wanted_[i] < least_[i] || wanted_[i] > most_[i]);
+  }
+  void hold(std::size_t i, bool most) noexcept {
+    u[i] = most ? most_[i] : least_[i];
+    at_[i] = most ? At::most : At::least;
+  }
+
+  // To begin with, all at once; each once at most.
+  void hold_all_that_exceed() noexcept {
+    for (bool more = true; more;) {
+      solve();
+      more = false;
+      for (std::size_t i = 0; i < kN; ++i) {
+        if (!exceeds(i)) continue;
+        hold(i, wanted_[i] > most_[i]);
+        more = true;
+      }
+    }
+    for (std::size_t i = 0; i < kN; ++i) {
+      if (at_[i] == At::between) u[i] = wanted_[i];
+    }
+  }
+
+  // To the minimum over the free ones, or as far as the first limit on the way: then true.
+  bool blocked() noexcept {
+    solve();
+    double share = 1;
+    std::size_t first = kN;
+    for (std::size_t i = 0; i < kN; ++i) {
+      if (!exceeds(i)) continue;
+      const double limit = wanted_[i] > most_[i] ? most_[i] : least_[i];
+      const double room = std::max((limit - u[i]) / (wanted_[i] - u[i]), 0.0);
+      if (first == kN || room < share) {
+        share = room;
+        first = i;
+      }
+    }
+    for (std::size_t i = 0; i < kN; ++i) {
+      if (at_[i] == At::between)
+        u[i] = first == kN ? wanted_[i] : u[i] + share * (wanted_[i] - u[i]);
+    }
+    if (first == kN) return false;
+    hold(first, wanted_[first] > most_[first]);
+    return true;
+  }
+
+  // With all free ones at their minimum: the one at a limit without which the cost falls most; kN:
+  // it falls without none of them, but for rounding.
+  std::size_t costs_most() const noexcept {
+    double size[kK], most = 0;  // of the terms of each row
+    std::size_t worst = kN;
+    bool sized = false;
+    for (std::size_t i = 0; i < kN; ++i) {
+      if (at_[i] != At::least && at_[i] != At::most) continue;
+      const double gradient = cost_[i] * (u[i] - preferred_[i]) - pull_[i];
+      const double falls = at_[i] == At::least ? -gradient : gradient;
+      if (!(falls > 0)) continue;
+      if (!std::exchange(sized, true)) {
+        for (std::size_t k = 0; k < kK; ++k) {
+          size[k] = std::abs(b_[k]);
+          for (std::size_t j = 0; j < kN; ++j) size[k] += std::abs(a_[j][k] * u[j]);
+        }
+      }
+      double terms = cost_[i] * (std::abs(u[i]) + std::abs(preferred_[i])), bend = cost_[i];
+      for (std::size_t k = 0; k < kK; ++k) {
+        terms += std::abs(a_[i][k]) * size[k];
+        bend += a_[i][k] * a_[i][k];
+      }
+      if (falls > kOptimal * terms && falls * falls > most * bend) {
+        most = falls * falls / bend;
+        worst = i;
+      }
+    }
+    return worst;
+  }
+
+  double a_[kN][kK], b_[kK];
+  double cost_[kN], slack_[kN], preferred_[kN], least_[kN], most_[kN], pull_[kN], wanted_[kN];
+  At at_[kN];
+};
+
+template <std::size_t kN, std::size_t kK>
+void allocate_part(const AllocationProblem& p, const std::array<int, kN>& actuators,
+                   const std::array<int, kK>& rows, Allocation& out) noexcept {
+  Part part(p, actuators, rows);
+  part.minimise();
+  out.iterations += part.iterations;
+  out.optimal = out.optimal && part.optimal;
+  for (std::size_t i = 0; i < kN; ++i) {
+    const int actuator = actuators[i];
+    out.force_N[actuator] = std::clamp(part.u[i], p.least[actuator], p.most[actuator]);
+  }
 }
 
 }  // namespace
 
 Allocation allocate(const AllocationProblem& p) noexcept {
-  const Eigen::Matrix<double, kWrench, kActuators> effect = p.effect;
-  const Eigen::Matrix<double, kActuators, kWrench> weighted =
-      effect.transpose() * p.weight.asDiagonal();
-  Hessian hessian = weighted * effect;
-  hessian.diagonal() += p.cost;
-  const Vector linear = -(weighted * p.wanted) - p.cost.cwiseProduct(p.preferred);
-
   Allocation out;
-  Vector u = p.preferred;
-  Active active{};
-  for (int i = 0; i < kActuators; ++i) {
-    u[i] = std::clamp(u[i], p.least[i], p.most[i]);
-    At& at = active[static_cast<std::size_t>(i)];
-    at = p.least[i] >= p.most[i] ? At::fixed
-         : u[i] <= p.least[i]    ? At::least
-         : u[i] >= p.most[i]     ? At::most
-                                 : At::between;
-  }
-  while (out.iterations < kMostIterations) {
-    ++out.iterations;
-    Vector gradient = hessian * u + linear;
-    const Vector step = newton_step(hessian, gradient, active);
-    double share = 1;
-    int blocks = -1;
-    for (int i = 0; i < kActuators; ++i) {
-      if (active[static_cast<std::size_t>(i)] != At::between || step[i] == 0) continue;
-      const double room = (step[i] > 0 ? p.most[i] : p.least[i]) - u[i];
-      if (room / step[i] < share) {
-        share = std::max(room / step[i], 0.0);
-        blocks = i;
-      }
-    }
-    u += share * step;
-    if (blocks >= 0) {
-      const bool up = step[blocks] > 0;
-      u[blocks] = up ? p.most[blocks] : p.least[blocks];
-      active[static_cast<std::size_t>(blocks)] = up ? At::most : At::least;
-      continue;
-    }
-    // The limit that costs most is given up.
-    gradient = hessian * u + linear;
-    const Vector terms = hessian.cwiseAbs() * u.cwiseAbs() + linear.cwiseAbs();
-    double worst = 0;
-    int release = -1;
-    for (int i = 0; i < kActuators; ++i) {
-      const At at = active[static_cast<std::size_t>(i)];
-      if (at != At::least && at != At::most) continue;
-      const double wants = at == At::least ? -gradient[i] : gradient[i];
-      if (wants > kOptimal * terms[i] && wants / std::sqrt(hessian(i, i)) > worst) {
-        worst = wants / std::sqrt(hessian(i, i));
-        release = i;
-      }
-    }
-    if (release < 0) {
-      out.optimal = true;
-      break;
-    }
-    active[static_cast<std::size_t>(release)] = At::between;
-  }
-  for (int i = 0; i < kActuators; ++i) out.force_N[i] = std::clamp(u[i], p.least[i], p.most[i]);
+  out.optimal = true;
+  allocate_part(p, kLifts, kLiftRows, out);
+  allocate_part(p, kSides, kSideRows, out);
   return out;
 }
 

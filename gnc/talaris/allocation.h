@@ -3,8 +3,8 @@
 // Control allocation: forces of all twelve actuators for a wanted wrench, within their limits. A
 // quadratic program with bounds, solved by an active set (Härkegård, "Efficient active set
 // algorithms for solving constrained least squares problems in aircraft control allocation", CDC
-// 2002): at most kMostIterations steps, each a Cholesky factorisation of at most 12 x 12. No
-// allocation; the same inputs give the same bits. docs/gnc-talaris.md, "Allocation".
+// 2002) in at most kMostIterations steps, each with five unknowns. No memory from the heap; the
+// same inputs give the same bits. docs/gnc-talaris.md, "Allocation".
 
 #include <Eigen/Core>
 #include <array>
@@ -25,7 +25,8 @@ using WrenchB = Eigen::Matrix<double, kWrench, 1, Eigen::DontAlign>;
 using Effect = Eigen::Matrix<double, kWrench, kActuators, Eigen::DontAlign>;
 
 // Minimises  sum_rows weight (effect u - wanted)^2 + sum_actuators cost (u - preferred)^2  over
-// least <= u <= most. All numbers finite, cost > 0, least <= most.
+// least <= u <= most. All numbers finite, cost > 0, least <= most; other members of `effect` than
+// those of effect_of() do not count.
 struct AllocationProblem {
   Effect effect = Effect::Zero();
   WrenchB wanted = WrenchB::Zero(), weight = WrenchB::Ones();
