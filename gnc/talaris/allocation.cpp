@@ -78,11 +78,11 @@ class Part {
       y[k] = b_[k];
     }
     for (std::size_t i = 0; i < kN; ++i) {
-      const bool free = at_[i] == At::between;
-      const double force = free ? preferred_[i] : u[i];
+      const bool moves = at_[i] == At::between;
+      const double force = moves ? preferred_[i] : u[i];
 #pragma GCC unroll 3
       for (std::size_t k = 0; k < kK; ++k) y[k] -= a_[i][k] * force;
-      if (!free) continue;
+      if (!moves) continue;
 #pragma GCC unroll 3
       for (std::size_t k = 0; k < kK; ++k) {
         const double each = a_[i][k] * slack_[i];
