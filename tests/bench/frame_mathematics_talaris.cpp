@@ -239,8 +239,7 @@ Figures talaris_allocation(const Options& options) {
     return figure_of("vii", name, "us", value, kNone, kNone,
                      "one problem of twelve actuators; of the three in a frame after a failure");
   };
-  Figures figures{held_back(at_most(made("TALARIS' allocation, p99", p99(us)), 20),
-                            "up to 17 steps, each with a factorisation of 12 x 12 at most")};
+  Figures figures{at_most(made("TALARIS' allocation, p99", p99(us)), 20)};
   if (options.maxima) figures.push_back(made("TALARIS' allocation, max", quantile(us, 1)));
   return figures;
 }
