@@ -105,7 +105,8 @@ Samples telemetry_ms(Side& side, double (*cpu_s)(pid_t), std::chrono::millisecon
   const double before_s = cpu_s(pid);
   const TimeNs began_ns = now_ns();
   int heard = 0;
-  for (const TimeNs end_ns = began_ns + span.count() * kMillisecond; now_ns() < end_ns;) {
+  const TimeNs end_ns = began_ns + span.count() * kMillisecond, last_ns = end_ns + 5 * kSecond;
+  for (TimeNs now = began_ns; now < end_ns || (heard == 0 && now < last_ns); now = now_ns()) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
     heard += side.reader->heard();
   }

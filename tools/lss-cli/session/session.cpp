@@ -16,7 +16,7 @@ namespace {
 constexpr double kBeat_s = 0.2;
 constexpr double kProgress_s = 0.1;
 constexpr double kLook_s = 0.1;  // for an answer that is late
-constexpr double kTelemetryComes_s = 0.5, kTelemetryAsked_s = 1;
+constexpr double kTelemetryComes_s = 0.5, kTelemetryAsked_s = 3;
 constexpr std::size_t kAtOnce = 8;  // half of the topic's history
 
 // Motion detached from one lss-cli belongs to every lss-cli.
