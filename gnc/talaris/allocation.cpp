@@ -167,8 +167,8 @@ class Part {
     return true;
   }
 
-  // With all free ones at their minimum: the one at a limit without which the cost falls most; kN:
-  // it falls without none of them, but for rounding.
+  // With all free ones at their minimum: the one at a limit without which the cost falls most. kN:
+  // there is none, but for rounding.
   std::size_t costs_most() const noexcept {
     double size[kK], most = 0;  // of the terms of each row
     std::size_t worst = kN;
